@@ -264,7 +264,7 @@ def record_checkout(inputs: Mapping[str, Any]) -> Record:
             except (hs.HydrosimError, KeyError, ValueError) as error:
                 record["restarts"][name] = [str(error)]
         for kind in ("case", "study", "recipe"):
-            add_schema(record, kind, json.loads(call("schema", kind)))
+            add_schema(record, kind, json.loads(call("new", "--schema", kind)))
         add_messages(record, inputs, folder)
     return {**record, "transitions": dict(transitions)}
 
@@ -302,7 +302,7 @@ def simulate_all(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
     short: Settings = {"duration": 40, "solver.step": 0.1}
     for coupling in ("stage", "held", "extrapolated"):
         name = f"function, {coupling}"
-        brake = hs.External("port", brake_pair, coupling, also=("starboard",), repeatable=True)
+        brake = hs.UserForce("port", brake_pair, coupling, also=("starboard",), repeatable=True)
         yield name, simulate(name, "scenes/two barges.yaml", short, brake=brake)
     base = f"cases/{BASE}.yaml"
     memory: Settings = {"bodies.barge.radiation": "convolution"}
@@ -337,15 +337,14 @@ def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
         add(f"run {case}", "run", path, "-o", result, *setting)
         add(f"check {case}", "check", path)
         yield case, read(result)
-        add(f"statistics {case}", "statistics", result)
+        add(f"statistics {case}", "show", result, "--statistics")
     for case in ("reverse_float_over/free_floating", "sphere/irregular"):
         result = f"linear_{Path(case).name}.nc"
-        add(f"linear {case}", "linear", f"cases/{case}.yaml", "-o", result)
+        add(f"linear {case}", "analyse", f"cases/{case}.yaml", "-o", result)
         yield f"linear {case}", read(result)
     for path in sorted(Path("studies").glob("*.yaml")):
-        command = "operability" if "operability:" in path.read_text() else "sweep"
         result = f"{path.stem}_runs.nc"
-        add(f"study {path.stem}", command, str(path), "--workers=1", "-o", result)
+        add(f"study {path.stem}", "study", str(path), "--workers=1", "-o", result)
         yield f"study {path.stem}", read(result)
     for text in (f"study {DRAWN_ANEW}", f"report {DRAWN_ANEW}_runs.nc"):
         del record["texts"][text]

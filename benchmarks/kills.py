@@ -48,7 +48,7 @@ def answer(step: float = STEP, runs: int = RUNS, kills: int = KILLS) -> Answer:
         study.write_text(f"case: {case}\nseeds: 1-{runs}\nduration: 400 s\noutput: {{step: 1 s}}\n")
         finely = ("--set", f"solver.step={step:g} s", "--checkpoint", "1")
         rows = [*_ended(folder, ("run", case, *finely), kills)]
-        rows += _ended(folder, ("sweep", study), kills)
+        rows += _ended(folder, ("study", study), kills)
         cost = _cost(folder)
     return Answer({f"ended by signals, up to {kills} times each": rows, "cost": [cost]})
 

@@ -24,7 +24,8 @@ SHOWN = {".md", ".png", ".yaml"}
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
 READING = """A number without a unit is in the unit of the third column. A text may carry any other
 unit of that kind, such as `"12.4 m"`. `NAME` stands for a name that you choose. A key without a
-default may be left out unless it is needed. `hydrosim schema {kind}` prints the same for editors.
+default may be left out unless it is needed. `hydrosim new --schema {kind}` prints the
+same for editors.
 """
 
 
@@ -66,7 +67,7 @@ def on_page_markdown(text: str, page: Page, files: Files, **_: Any) -> str:
 
 def keys() -> str:
     """The keys of case files, from their schema."""
-    from hydrosim.cli.case import FileKind
+    from hydrosim.interface.new import FileKind
 
     return _keys(
         FileKind.CASE,
@@ -78,18 +79,18 @@ def keys() -> str:
 
 def study_keys() -> str:
     """The keys of study files."""
-    from hydrosim.cli.case import FileKind
+    from hydrosim.interface.new import FileKind
 
     return _keys(
         FileKind.STUDY,
-        "# Keys of a study file\n\nA study runs a case many times: `hydrosim sweep` and"
-        " `hydrosim operability` take it. What it is for is told with [many runs](studies.md).\n",
+        "# Keys of a study file\n\nA study runs a case many times: `hydrosim study`"
+        " takes it. What it is for is told with [many runs](studies.md).\n",
     )
 
 
 def recipe_keys() -> str:
     """The keys of recipes of databases."""
-    from hydrosim.cli.case import FileKind
+    from hydrosim.interface.new import FileKind
 
     return _keys(
         FileKind.RECIPE,
@@ -100,7 +101,7 @@ def recipe_keys() -> str:
 
 def _keys(kind: Any, title: str) -> str:
     """A page of keys below its ``title``."""
-    from hydrosim.cli.case import schema_of
+    from hydrosim.interface.new import schema_of
 
     return f"{title}\n{READING.format(kind=kind.value)}\n{pages_of(schema_of(kind))}"
 
@@ -116,7 +117,7 @@ def commands() -> str:
 
 def _command(command: Any, name: str) -> list[str]:
     if hasattr(command, "commands"):
-        each = sorted(command.commands.items())
+        each = command.commands.items()  # in the order of use
         return [part for own, one in each for part in _command(one, f"{name} {own}")]
     table = "| option | what it does | if not given |\n| --- | --- | --- |\n"
     lines = [f"\n## {name}\n\n{command.help}\n\n{table}"]

@@ -3,12 +3,19 @@
 import hydrosim as hs
 case = hs.load_case("cases/reverse_float_over/base.yaml")
 print(hs.check(case))            # warnings, step limits, natural periods
+print(hs.analyse(case))          # modes, RAOs, response in the sea
 run = hs.simulate(case)          # xarray.Dataset
+run.hydrosim.plot.motions()      # and .extremes(), .explain(), .compare(...), .report()
+
+Each command has its function here: `new`, `check`, `analyse`, `simulate`, `study`, `compare`,
+`export`, `decay`. Both write the same files.
 """
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -18,8 +25,13 @@ if TYPE_CHECKING:
     from hydrosim.coupling.simulation import Simulation
     from hydrosim.database import HydroDatabase
     from hydrosim.database.load import load as load_database
-    from hydrosim.elements.external import External
+    from hydrosim.elements.external import UserForce
     from hydrosim.errors import HydrosimError, InputError, SimulationError
+    from hydrosim.interface.analyse import analyse
+    from hydrosim.interface.analyse import fit_decay as decay
+    from hydrosim.interface.compare import compare, export
+    from hydrosim.interface.new import write_new_case as new
+    from hydrosim.interface.study import study
     from hydrosim.linear.linearise import linearise
     from hydrosim.linear.modes import natural_modes
     from hydrosim.report.sentences.check import check
@@ -35,7 +47,13 @@ _HOME = {
     "load_case": "case",
     "HydroDatabase": "database",
     "load_database": "database",
-    "External": "elements.external",
+    "UserForce": "elements.external",
+    "analyse": "interface.analyse",
+    "compare": "interface.compare",
+    "decay": "interface.analyse",
+    "export": "interface.compare",
+    "new": "interface.new",
+    "study": "interface.study",
     "HydrosimError": "errors",
     "InputError": "errors",
     "SimulationError": "errors",
@@ -63,7 +81,8 @@ _OF_SCENES = {
     "force": "Active When",
     "hydrodynamics": "Coefficients",
     "joint": "Joint",
-    "links": "Compensator DryFriction GasSpring Spring SpringDamper Strut TorsionSpring",
+    "links": "Compensator DryFriction GasSpring Spring SpringDamper Strut StrutCurve TensionCurve"
+    " TorsionCurve TorsionSpring",
     "loads": "AppliedForce CurrentLoad WindLoad",
     "plane": "Plane",
     "restraints": "Bushing LinearMooring",
@@ -73,10 +92,16 @@ _OF_SCENES = {
 for _home, _names in _OF_SCENES.items():
     _HOME |= dict.fromkeys(_names.split(), f"scene.{_home}")
 __all__ = sorted(_HOME)
-_OLD_NAMES = {"Figure": "ScalarResult", "WhyResult": "MotionCauseResult"}
+_OLD_NAMES = {
+    "External": "UserForce",
+    "Figure": "ScalarResult",
+    "WhyResult": "MotionCauseResult",
+}
 """Names of 0.2, which work for one version more."""
-_OF_RUNS = {"open_run", "simulate", "simulate_many", "Simulation"}
-"""Functions that return runs; loading one of them registers `run.hydrosim`."""
+_NAMES_THERE = {"load_database": "load", "decay": "fit_decay", "new": "write_new_case"}
+"""Names of functions in their modules, where another one is public."""
+_OF_RUNS = {"analyse", "compare", "open_run", "simulate", "simulate_many", "Simulation", "study"}
+"""Functions that return datasets; loading one of them registers `run.hydrosim`."""
 
 
 def __dir__() -> list[str]:
@@ -92,6 +117,28 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
     if name in _OF_RUNS:
-        import_module("hydrosim.report.accessor")
+        import_module("hydrosim.interface.accessor")
     module = import_module(f"hydrosim.{_HOME[name]}")
-    return getattr(module, "load" if name == "load_database" else name)
+    return getattr(module, _NAMES_THERE.get(name, name))
+
+
+class _FolderAndFunction(ModuleType):
+    """A folder of the package that can be called as the function of the same name."""
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        home = import_module(f"hydrosim.{_HOME[self.__name__.rpartition('.')[2]]}")
+        return getattr(home, self.__name__.rpartition(".")[2])(*arguments, **options)
+
+
+class _Package(ModuleType):
+    """The package. Python sets its folders as attributes once they are imported."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in _HOME and isinstance(value, ModuleType):
+            value.__class__ = _FolderAndFunction
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+if "xarray" in sys.modules:  # otherwise xarray does it with its first file: `interface.backend`
+    import_module("hydrosim.interface.accessor")

@@ -1,4 +1,4 @@
-"""The command line: thin commands over `load_case`, `simulate` and `plot`.
+"""The command line: thin commands over the functions of `hydrosim.interface`.
 
 Exit codes: 0 done; 1 a strict check failed or a comparison is out of tolerance; 2 the input is
 wrong; 3 the simulation failed or a file cannot be written; 130 interrupted.
@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 if sys.excepthook is sys.__excepthook__:
@@ -29,22 +29,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads are slower on
 import typer
 from rich.console import Console
 
-from hydrosim.cli import analysis, db, terminal
-from hydrosim.cli.case import case, check, example, new, schema
-from hydrosim.cli.compare import compare, export
-from hydrosim.cli.results import explain, plot, replay, report, statistics
-from hydrosim.cli.run import run
-from hydrosim.cli.sweep import operability, sweep
+from hydrosim.cli import case, db, results, run, terminal
+from hydrosim.cli.earlier import CommandsWithEarlierNames
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import install_signal_handlers
 
-# in the order of `hydrosim --help`: commands on cases, then on runs, then on files
-COMMANDS = (
-    *(check, run, analysis.linear, analysis.line, analysis.ballast, analysis.converge),
-    *(plot, report, replay, statistics, explain, export, compare, case),
-    *(sweep, operability, analysis.calibrate, schema, new, example),
+# in the order in which one uses them, which is that of `hydrosim --help`
+COMMANDS: tuple[Callable[..., None], ...] = (
+    *(case.new, case.check, case.analyse, run.run, run.study),
+    *(results.show, results.report, results.compare, results.export, case.decay),
 )
-
 MEMORY = (
     "error: not enough memory ({}). Close other programs or raise the limit of this shell or job"
     " (ulimit -v). A larger output.step reduces the memory of a long run."
@@ -53,12 +47,15 @@ NEEDED = 900_000_000  # bytes of address space, to load all libraries and run a 
 LACKS = "failed to map segment", "Cannot allocate memory"  # dynamic linker, operating system
 
 app = typer.Typer(
+    cls=CommandsWithEarlierNames,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
+    help="Simulates floating bodies in time, with exact stick-slip contact. The commands stand in"
+    " the order in which one uses them: write a case, check and analyse it, run it, look at the"
+    " result, hand it on.",
 )
 for command in COMMANDS:
-    app.command()(terminal.tells_absent_variables(command))
+    app.command(cls=terminal.Command, help=terminal.reflow_help(command))(command)
 app.add_typer(db.app, name="db")
 err = Console(stderr=True)
 

@@ -23,14 +23,15 @@ from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
 from hydrosim.compile.compiled import Compiled
 from hydrosim.elements import externals_of, function_errors, with_own_functions
-from hydrosim.errors import InputError
+from hydrosim.errors import InputError, SimulationError
+from hydrosim.files.arguments import Target, output_for
 from hydrosim.files.cache import program_version
 from hydrosim.files.outputs import Output
 from hydrosim.files.units import factor
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.integrate.record import new_record
 from hydrosim.linear.propagate import propagate
-from hydrosim.results.dataset import RUN_FILE_HINT, read_run, write_run
+from hydrosim.results.dataset import RUN_FILE_HINT, read_run, status_of, write_run
 from hydrosim.results.output import to_dataset
 from hydrosim.results.run_data import as_xarray
 from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
@@ -188,6 +189,10 @@ def simulate(
     progress: Progress | None = None,
     kept: Checkpoint | None = None,
     forces: Mapping[str, ForceElement] | None = None,
+    *,
+    output: Target = None,
+    overwrite: bool = False,
+    resume: bool = False,
 ) -> xr.Dataset:
     """Run a case, the case in a file, a scene or a compiled scene. `hydrosim.results.output`
     describes the dataset.
@@ -195,14 +200,60 @@ def simulate(
     compiled ``in_plane``, which leaves out motions that are zero by symmetry; a compiled scene is
     run as it is. With ``kept``, checkpoints are saved to disk; the caller removes them after
     writing the result. ``forces`` are added to those of the case, by name: functions of Python
-    (`hydrosim.External`), or other elements.
+    (`hydrosim.UserForce`), or other elements.
 
     An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
     InputError if the scene cannot be compiled or has not the channels of its criteria, and
     SimulationError if the run cannot continue. That error carries the ``dataset`` until then, with
     ``status`` "failed".
+
+    A case is also written to the file ``output``, as by `hydrosim run`: True stands for the name of
+    the case, and ``resume`` continues a run that was killed.
     """
-    return as_xarray(simulate_data(case, progress, kept, forces))
+    if output in (None, False):
+        return as_xarray(simulate_data(case, progress, kept, forces))
+    if isinstance(case, Compiled | Scene):
+        raise InputError("output: found a scene; expected a case. Call to_netcdf on its run.")
+    read = load_case(case) if isinstance(case, str | Path) else case
+    result = run_output(read, output, overwrite)
+    checkpoint = kept or Checkpoint(checkpoint_of(result), resume=resume)
+    with result.hold_lock():
+        scene = prepare_scene(read, progress)
+        try:
+            data = simulate_data(scene, progress, checkpoint, forces)
+        except SimulationError as error:
+            save_run(error.run_data, result)
+            raise
+        save_run(data, result)
+    return as_xarray(data)
+
+
+def run_output(case: Case, output: Target, overwrite: bool = False) -> Output:
+    """Output for the run of a case; raises InputError as `output_for` does."""
+    result = output_for(
+        output,
+        case.path.stem,
+        "run",
+        case.path,
+        inputs=case.inputs(),
+        overwrite=overwrite,
+        settings=case.settings(),
+    )
+    if result is None:
+        raise InputError("output: found none; expected a file.")
+    return result
+
+
+def save_run(dataset: xr.Dataset, result: Output) -> Path:
+    """Write a run; return its path. A run that did not complete never replaces a complete one. No
+    run replaces a file that appeared while it was computed."""
+    status = dataset.attrs["status"]
+    is_worse = status != "complete" and status_of(result.path) == "complete"
+    place = result.fallback_path() if is_worse else result.resolve_path()
+    write_run(dataset, place)
+    if status != "interrupted":
+        checkpoint_of(result).clear()
+    return place.path
 
 
 def simulate_data(

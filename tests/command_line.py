@@ -1,8 +1,6 @@
 """Runs `hydrosim` in this process, as the installed script does, and programs in processes of their
 own."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -56,6 +54,23 @@ def command(
         return Result(int(caught.value.code or 0), out, err)
 
     return run
+
+
+def succeeds(command: Command, *arguments: object) -> str:
+    """What a command prints that does what it should."""
+    result = command(*arguments)
+    assert result.code == 0, result.err
+    return result.out
+
+
+def refusal(command: Command, folder: Path, *arguments: object) -> str:
+    """The error of a command that prints nothing else and changes nothing on the disk."""
+    before = files(folder)
+    result = command(*arguments)
+    assert (result.code, result.out) == (2, "")
+    assert "Traceback" not in result.err
+    assert files(folder) == before
+    return result.err
 
 
 def printed(program: str, *arguments: str, folder: Path | None = None, **environment: str) -> str:

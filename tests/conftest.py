@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the command: small matrices only wait

@@ -3,8 +3,6 @@
 As many files as `HYDROSIM_DAMAGE` says, 100 of each kind unless it is set.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable

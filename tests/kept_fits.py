@@ -7,8 +7,6 @@ makes them anew, after a change of `hydrosim/water/radiation` or of tests. Witho
 again, which takes minutes. Fits that come with the package are left out.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from zipfile import ZipFile

@@ -1,7 +1,5 @@
 """Sentences of more words than people read at once, in docstrings, messages and documentation."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Of parameters that show the same: a few in every run of the tests, the others where all run."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Text data files of OrcaFlex with one vessel type, made from a database by the program's help."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

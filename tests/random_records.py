@@ -6,8 +6,6 @@ the largest value are those of 20,000 other records, drawn by ``python -m benchm
 commit 94edf5e. They scatter by a hundredth of the standard deviation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a test reads of a document: texts as they stand in it, values in SI."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from hydrosim.files.display_units import DEFAULT, Units

@@ -1,7 +1,5 @@
 """Datasets that look like runs, made of sums of waves: nothing is simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -29,7 +27,8 @@ def made_run(seed: int = 1, duration: float = 600.0, step: float = 0.2) -> xr.Da
     rates = np.gradient(motions, time, axis=0)
     press = np.stack([motions[:, 2] + y * motions[:, 3] for y in (20.0, -20.0)], axis=1)
     press += 2.0 * (time[:, None] / (duration / 2) - 1.0) - 0.5
-    body, units = ("time", "body", "dof"), {"units": "m or rad"}
+    body, point, units = ("time", "body", "dof"), ("time", "fender"), {"units": "m or rad"}
+    modes = {"units": "1", "flag_values": np.array([0, 1, 2], np.int8)}
     return xr.Dataset(
         {
             "position": (body, motions[:, None], units),
@@ -38,17 +37,9 @@ def made_run(seed: int = 1, duration: float = 600.0, step: float = 0.2) -> xr.Da
             "wave_elevation": ("time", sea(time, 10 * seed + 7, 0.0), {"units": "m"}),
             "force_mooring": (body, -4e5 * motions[:, None], {"units": "N or N m"}),
             "force_lift": (body, np.zeros((time.size, 1, 6)), {"units": "N or N m"}),
-            "fender_normal_force": (
-                ("time", "fender"),
-                1e6 * np.maximum(press, 0.0),
-                {"units": "N"},
-            ),
-            "fender_compression": (("time", "fender"), press, {"units": "m"}),
-            "fender_mode": (
-                ("time", "fender"),
-                (press > 0.0).astype(np.int8),
-                {"units": "1", "flag_values": np.array([0, 1, 2], np.int8)},
-            ),
+            "fender_normal_force": (point, 1e6 * np.maximum(press, 0.0), {"units": "N"}),
+            "fender_compression": (point, press, {"units": "m"}),
+            "fender_mode": (point, (press > 0.0).astype(np.int8), modes),
             "energy_kinetic": ("time", np.full(time.size, 1e6), {"units": "J"}),
             "energy_residual": ("time", np.zeros(time.size), {"units": "J"}),
         },

@@ -1,7 +1,5 @@
 """What a page of a report holds, taken from it again; texts that would like to be run."""
 
-from __future__ import annotations
-
 import base64
 import json
 from html.parser import HTMLParser

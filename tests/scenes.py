@@ -12,24 +12,38 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim import load_case
 from hydrosim.database import HydroDatabase, load
-from hydrosim.dofs import DOFS
+from hydrosim.dofs import DOFS, about_z
 from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
     FrictionSlope,
+    LinearMooring,
     NormalCurve,
     Plane,
+    PrescribedNormal,
     Signal,
     StickSlip,
     Table,
     constant,
 )
-from hydrosim.scene import Body, ForceElement, Jonswap, LinearScenes, Scene, Solver, WaveTrain
+from hydrosim.results.dataset import write_run
+from hydrosim.scene import (
+    Body,
+    ForceElement,
+    Jonswap,
+    LinearScenes,
+    Scene,
+    Solver,
+    Start,
+    Stream,
+    WaveTrain,
+)
 
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])  # per unit of mass [m^2]
 ROOT = Path(__file__).parents[1]
@@ -185,3 +199,92 @@ def _shared(fender: Fender, points: np.ndarray) -> Fender:
 def motion(run: xr.Dataset, body: int = 0) -> np.ndarray:
     """Position (nt, 6) of a body."""
     return run.position.values[:, body]
+
+
+def momenta(run: xr.Dataset, bodies: Sequence[Body]) -> tuple[np.ndarray, np.ndarray]:
+    """Linear and angular momentum (nt, 3) about the earth's origin."""
+    linear, angular = np.zeros((run.time.size, 3)), np.zeros((run.time.size, 3))
+    for i, body in enumerate(bodies):
+        q, v = run.position.values[:, i], run.velocity.values[:, i]
+        R = Rotation.from_euler("ZYX", q[:, :2:-1]).as_matrix()
+        spin = np.einsum("tij,jk,tlk,tl->ti", R, body.inertia, R, v[:, 3:])
+        p, place = body.mass * v[:, :3], q[:, :3] + run.reference_position.values[i]
+        linear, angular = linear + p, angular + spin + np.cross(place, p)
+    return linear, angular
+
+
+def assert_continues(
+    whole: Scene, run: xr.Dataset, times: ArrayLike, *names: str, file: Path | None = None
+) -> None:
+    """Started from the states of its run at ``times``, a scene goes on to the bit; ``names`` are
+    compared at all times, states at the end. With a ``file`` the run is written and read there."""
+    if file is not None:
+        write_run(run, file)
+    for time in np.asarray(times, float):
+        start = Start(file or run, float(time))
+        after = hs.simulate(replace(whole, duration=whole.duration - time, initial=start))
+        rest = run.sel(time=slice(time - 1e-9, None))
+        for name in names:
+            np.testing.assert_array_equal(after[name].values, rest[name].values, err_msg=name)
+        np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
+
+
+def central_force(body: str = "block", **signals: Signal) -> AppliedForce:
+    """Forces and moments over time on the centre of gravity."""
+    return AppliedForce(body, (0.0, 0.0, 0.0), signals)
+
+
+def mooring(body: str = "block", **stiffness: float) -> LinearMooring:
+    """Springs at the centre of gravity that couple nothing."""
+    return LinearMooring(body, np.diag(moving(**stiffness)))
+
+
+def straight_curve(stiffness: float, damping: float = 0.0) -> NormalCurve:
+    return NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+
+
+def foot(normal: NormalCurve | PrescribedNormal, friction: Law) -> Fender:
+    """The origin of the block on the floor."""
+    return Fender("block", np.zeros((1, 3)), FLOOR, normal, friction)
+
+
+def stream_of(velocity: np.ndarray) -> Stream:
+    """The stream of this velocity."""
+    return Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
+
+
+def turned_scene(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scene:
+    """The scene, its waves and streams turned about the vertical through the origin, then shifted.
+    Joints are in the frames of their bodies and stay; so do forces of the body."""
+    R, T = about_z(by), np.eye(6)
+    T[:3, :3] = R
+
+    def turn_body(body: Body) -> Body:
+        q, v = np.array(body.position), np.array(body.velocity)
+        place = (R @ [*body.location, 0.0])[:2] + shift
+        start = {"position": (*(R @ q[:3]), *q[3:]), "velocity": (*(R @ v[:3]), *(R @ v[3:]))}
+        return replace(body, location=tuple(place), heading=body.heading + by, **start)
+
+    def turn_force(e: Any) -> ForceElement:
+        if isinstance(e, LinearMooring):  # angles are the body's own
+            damping = None if e.damping is None else T @ e.damping @ T.T
+            return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
+        if isinstance(e, Fender) and e.plane.body is None:
+            point = tuple(R @ e.plane.point + [*shift, 0.0])
+            return replace(e, plane=replace(e.plane, point=point, normal=tuple(R @ e.plane.normal)))
+        if getattr(e, "anchor", None) is not None and e.anchor_body is None:
+            return replace(e, anchor=tuple(R @ e.anchor + [*shift, 0.0]))
+        upright = isinstance(e, AppliedForce) and {*e.force} <= {"heave", "yaw"}
+        assert upright or not isinstance(e, AppliedForce) or e.frame == "body"
+        return e
+
+    water = scene.environment
+    waves = tuple(replace(train, heading=train.heading + by) for train in water.waves)
+    streams = (water.current, water.wind)
+    current, wind = (replace(stream, heading=stream.heading + by) for stream in streams)
+    return replace(
+        scene,
+        bodies=tuple(map(turn_body, scene.bodies)),
+        forces={name: turn_force(e) for name, e in scene.forces.items()},
+        environment=replace(water, waves=waves, current=current, wind=wind),
+    )

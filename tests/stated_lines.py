@@ -1,7 +1,5 @@
 """Lines of evidence that a test notes, against those that the program states."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from hydrosim.report.evidence import EvidenceLine, known_lines

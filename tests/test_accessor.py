@@ -1,12 +1,15 @@
 """What runs and cases show of themselves in Python, and what they can be asked."""
 
-from __future__ import annotations
-
+import os
+import tomllib
 from html.parser import HTMLParser
+from importlib import import_module
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from command_line import printed
 
 import hydrosim as hs
 from hydrosim.files.document_nodes import Table
@@ -153,3 +156,76 @@ def test_a_run_draws_and_reports_itself(case: hs.Case, tmp_path: Path) -> None:
             hs.InputError, match="expected a time in seconds well before the end of the run at 2 s"
         ):
             run.statistics(start)
+
+
+def test_pictures_are_drawn_on_axes_of_others(case: hs.Case) -> None:
+    plot = hs.simulate(case).hydrosim.plot
+    assert {"overview", "motions", "energies"} < set(dir(plot))
+    assert plot.motions().axes[0].lines
+    figure, axis = plt.subplots()
+    assert plot.motions(ax=axis) is figure
+    assert axis.lines
+    with pytest.raises(hs.InputError, match="found 2 axes; expected 1"):
+        plot.motions(ax=plt.subplots(2)[1])
+    (axis,) = plot.channels("speed.*").axes
+    assert "speed" in axis.get_ylabel()
+    assert plot.channels("speed.block", ax=figure.axes[0]) is figure
+    with pytest.raises(AttributeError, match="no picture 'motion'"):
+        plot.motion()
+    plt.close("all")
+
+
+def test_a_run_does_what_commands_do(case: hs.Case, tmp_path: Path) -> None:
+    """Each method gives the text of its command, and the numbers."""
+    case = hs.load_case(case.path, {"output.step": 0.1})
+    run = hs.simulate(case, output=tmp_path / "run.nc")
+    extremes = run.hydrosim.extremes(start="0.5 s", channels="speed.*")
+    assert extremes.dataset.equals(run.hydrosim.statistics(0.5, "speed.*"))
+    assert repr(extremes).startswith(HOSTILE)
+    run.hydrosim.export(tmp_path / "run.csv", channels=["speed.block"])
+    assert "speed.block" in (tmp_path / "run.csv").read_text()
+    comparison = run.hydrosim.compare(tmp_path / "run.nc", tolerance=1e-9)
+    assert not comparison.failed
+    assert "identical" in repr(hs.compare(tmp_path / "run.nc", tmp_path / "run.nc", exact=True))
+    again = tmp_path / "again.yaml"
+    again.write_text(run.hydrosim.case())
+    assert hs.simulate(again).position.equals(run.position)
+    with pytest.raises(hs.InputError, match="found a run without impulse"):
+        run.hydrosim.explain()
+    with pytest.raises(hs.InputError, match="start: found 3 s; expected a time well before"):
+        run.hydrosim.extremes(start=3.0)
+
+
+ENGINE = """
+import sys
+import hydrosim as hs
+assert "xarray" not in sys.modules
+import xarray as xr
+by_name = xr.open_dataset("run.nc", engine="hydrosim")
+plain = xr.open_dataset("run.nc")
+print(repr(by_name.hydrosim), repr(plain.hydrosim), by_name.time.dtype)
+"""
+
+
+def test_every_file_that_xarray_opens_has_the_methods(case: hs.Case, tmp_path: Path) -> None:
+    """By an entry point of the package, that is stated here as an installation states it."""
+    hs.simulate(case, output=tmp_path / "run.nc")
+    points = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
+    (engine,) = points["project"]["entry-points"]["xarray.backends"].items()
+    stated = tmp_path / "stated-0.dist-info"
+    stated.mkdir()
+    (stated / "METADATA").write_text("Metadata-Version: 2.1\nName: stated\nVersion: 0\n")
+    (stated / "entry_points.txt").write_text("[xarray.backends]\n{} = {}\n".format(*engine))
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    told = printed(ENGINE, folder=tmp_path, PYTHONPATH=path).split("> ")
+    assert [text.startswith("<run") for text in told] == [True, True, False]
+    assert told[-1].strip() == "float64"
+
+
+def test_commands_that_are_folders_too_can_be_called() -> None:
+    """`hs.study` is a function, also where `hydrosim.study` was imported."""
+    assert callable(import_module("hydrosim.study"))
+    with pytest.raises(hs.InputError, match=r"nowhere\.yaml"):
+        hs.study("nowhere.yaml")
+    with pytest.raises(hs.InputError, match=r"nowhere\.nc: there is no such file"):
+        hs.compare("nowhere.nc", "nowhere.csv")

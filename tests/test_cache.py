@@ -1,7 +1,5 @@
 """What is kept on disk is what was stored there, or nothing; unsafe folders are not used."""
 
-from __future__ import annotations
-
 import os
 import threading
 from pathlib import Path
@@ -122,9 +120,7 @@ def test_a_folder_that_others_may_write_is_not_used(
 
 
 @pytest.mark.skipif(not ROOT, reason="only root gives away")
-def test_a_folder_of_somebody_else_is_not_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_of_others_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     os.chown(tmp_path, 12345, 12345)
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     with pytest.warns(UserWarning, match="belongs to another user"):

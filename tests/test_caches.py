@@ -3,8 +3,6 @@
 One that stays pays for itself: what it keeps is dear to compute, and asked for again by design.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

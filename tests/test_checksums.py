@@ -1,7 +1,5 @@
 """The record of runs and texts tells a last digit, a word and a key, each by its own part."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Lock files where the file system has locks, and where it has none."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

@@ -1,8 +1,6 @@
 """Names say what they name: functions are verbs with an object or nouns, classes are unique, and a
 constant of one name is one constant."""
 
-from __future__ import annotations
-
 import ast
 from collections import defaultdict
 from collections.abc import Iterator

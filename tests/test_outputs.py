@@ -1,7 +1,5 @@
 """Which files may be replaced, and that they come whole or not at all."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

@@ -1,7 +1,5 @@
 """What `import hydrosim as hs` shows of itself."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

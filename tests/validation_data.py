@@ -4,8 +4,6 @@ There every file is compressed, without loss. The first who asks has all of them
 temporary folder, which goes when the process ends.
 """
 
-from __future__ import annotations
-
 import lzma
 from functools import cache
 from pathlib import Path

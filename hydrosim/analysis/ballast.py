@@ -385,7 +385,7 @@ def find_pump_plan(
         f"bodies.{body}: found no ballast plan that leaves {body} level. After {MAX_CORRECTIONS}"
         f" corrections of the pumped volumes, it still heels or trims by"
         f" {np.degrees(np.abs(missing[1:]).max()):.2g} deg. Check that {body} is stable"
-        " (hydrosim ballast prints GM)."
+        " (hydrosim analyse --ballast prints GM)."
     )
 
 

@@ -15,14 +15,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.case.lines.chains import mooring_lines, water_of_system
+from hydrosim.case.lines.system import stiffness_and_curves
 from hydrosim.compile.validate_scene import STRAINED
-from hydrosim.elements.line.hang import SuspendedLine, find_touchdown
-from hydrosim.elements.line.points import line_points, line_shapes
+from hydrosim.elements.line.hang import SuspendedLine, find_touchdown, new_pieces
+from hydrosim.elements.line.points import (
+    largest_strain,
+    largest_tension,
+    line_points,
+    line_shapes,
+)
 from hydrosim.elements.line.search import stiffness
 from hydrosim.elements.line.shape import REASONS, LinePull, solve
 from hydrosim.files.text import Source
 from hydrosim.integrate.dynamics import motion_at
-from hydrosim.multibody.kinematics import LINE_PIECE
 
 if TYPE_CHECKING:
     from hydrosim.case.lines.system import System
@@ -168,13 +173,14 @@ def lines_of_system(system: System) -> list[StillLine]:
     source = Source(system.file)
     still_lines = []
     for name, line in mooring_lines(system, water_of_system(system, DEFAULT_WATER), source).items():
-        rows = [(s.length, s.weight, s.stiffness, s.hung) for s in line.segments]
+        length, weight, hung = np.array([(s.length, s.weight, s.hung) for s in line.segments]).T
+        stiffness, curves = stiffness_and_curves([s.stiffness for s in line.segments])
         across = np.subtract(line.anchor, line.fairlead)
         bed = -inf if system.depth is None else min(-system.depth - line.anchor[2], 0.0)
         still_lines.append(
             StillLine(
                 name,
-                np.array(rows, dtype=LINE_PIECE),
+                new_pieces(length, weight, stiffness, hung, curves),
                 float(np.hypot(across[0], across[1])),
                 -float(across[2]),
                 bed,
@@ -189,7 +195,7 @@ def lines_of_system(system: System) -> list[StillLine]:
 def _check_strain(line: StillLine, source: Source) -> None:
     """Refuse a line that no line is, because it would be stretched by a fifth and more."""
     pull = line.end_forces()
-    strain = float(np.hypot(pull.H, pull.V)) / float(line.pieces["stiffness"].min())
+    strain = largest_strain(line.pieces, largest_tension(pull))
     if pull.converged and strain > STRAINED:
         source.wrong(
             f"found line {line.name} of {line.length:g} m, while its ends are"

@@ -180,7 +180,7 @@ def _free_surface_remarks(scene: Scene, rest: Rest, dataset: xr.Dataset) -> Iter
                     f" rest, and meets bottom or top at a {('heel', 'trim')[k]} of"
                     f" {np.degrees(reach[k]):.2g} deg. The response reaches"
                     f" {np.degrees(angles[b, k]):.2g} deg, where the surface reduces stability"
-                    " less. Check it with `hydrosim ballast --heel`, and run the case."
+                    " less. Check it with `hydrosim analyse --ballast --heel`, and run the case."
                 )
 
 

@@ -110,6 +110,11 @@ class MemberFile(DatabaseFile):
 
 
 def _database_form(value: object) -> str:
+    """Tag of what is read, or of what was read and is written again."""
+    if isinstance(value, Coefficients):
+        return "numbers"
+    if isinstance(value, DatabaseFile):
+        return "changed"
     if isinstance(value, list | tuple):
         return "family"
     if isinstance(value, dict):

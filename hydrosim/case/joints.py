@@ -60,78 +60,109 @@ def check_stop_order(stops: Any) -> Any:
     return stops
 
 
-class TurnFriction(SchemaModel):
-    """Dry friction of a turn: a given moment, which does not depend on the load in the joint."""
+class JointDryFriction(SchemaModel):
+    """Dry friction of a motion: given, or growing with the load of the joint's bearings, or the sum
+    of both."""
 
     law: Literal["coulomb"]
     """Law of the friction."""
-    static_moment: of.FrictionMoment
-    """Largest moment while the joint rests."""
+    static_coefficient: of.Factor | None = None
+    """Largest friction while the joint rests, over the load of its bearings. Example: 0.2."""
+    kinetic_coefficient: of.Factor | None = None
+    """Friction while it moves, over the load. Without it, the same as static_coefficient."""
+
+    given_friction: ClassVar[str]
+    """The word of keys of a given friction: force or moment."""
+    bearing_keys: ClassVar[tuple[str, ...]]
+    """Keys that say how bearings are loaded; the first ones are needed."""
+
+    @model_validator(mode="after")
+    def _check_friction(self) -> Self:
+        static = f"static_{self.given_friction}"
+        if not self.keys_with_value(static, "static_coefficient"):
+            raise problem("no friction", f"{static}, static_coefficient, or both")
+        for key in (self.given_friction, "coefficient"):
+            _require_not_more(getattr(self, f"static_{key}"), getattr(self, f"kinetic_{key}"), key)
+        bearings = self.keys_with_value(*self.bearing_keys)
+        if self.static_coefficient is None and bearings:
+            raise problem(f"{bearings[0]} without static_coefficient", "both, or neither")
+        if self.static_coefficient is not None and not self._coefficients()[1] > 0.0:
+            raise problem("a coefficient of 0", "coefficients above 0, or none")
+        return self
+
+    def _coefficients(self) -> tuple[float, float]:
+        return _both_of(self.static_coefficient, self.kinetic_coefficient)
+
+
+def _both_of(static: float | None, kinetic: float | None) -> tuple[float, float]:
+    """Static and kinetic friction: the latter is the same if not given."""
+    static = static or 0.0
+    return static, static if kinetic is None else kinetic
+
+
+def _require_not_more(static: float | None, kinetic: float | None, what: str) -> None:
+    if kinetic is not None and kinetic > (static or 0.0):
+        raise problem(
+            f"kinetic_{what} {kinetic:g} above static_{what} {static or 0.0:g}",
+            "no more than static",
+        )
+
+
+class TurnFriction(JointDryFriction):
+    """Dry friction of a turn."""
+
+    given_friction = "moment"
+    bearing_keys = ("radius", "collar_radius", "bearing_distance")
+
+    static_moment: of.FrictionMoment | None = None
+    """Largest moment while the joint rests that does not depend on its load."""
     kinetic_moment: of.FrictionMoment | None = None
     """Moment while it turns. Without it, the same as static_moment."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _check_reaction(cls, data: Any) -> Any:
-        return _without_reaction(data, "static_moment")
+    radius: of.LineLength | None = None
+    """Radius of the pin: the lever of the friction by the force across the axis. Example: 0.1 m."""
+    collar_radius: of.LineLength | None = None
+    """Mean radius of the collar: the lever of the friction by the force along the axis."""
+    bearing_distance: of.LineLength | None = None
+    """Distance of the two bearings of the pin, with the joint in their middle. They also carry the
+    moment across the axis. Without it, that moment makes no friction."""
 
     @model_validator(mode="after")
-    def _check_kinetic(self) -> Self:
-        _require_not_more(self.static_moment, self.kinetic_moment, "moment")
+    def _check_levers(self) -> Self:
+        if self.static_coefficient is not None and self.radius is None and not self.collar_radius:
+            raise problem("static_coefficient without a lever", "radius, collar_radius, or both")
         return self
 
     def build(self) -> scene.JointFriction:
         """The same of the scene."""
-        return _build_friction(self.static_moment, self.kinetic_moment)
+        return scene.JointFriction(
+            *_both_of(self.static_moment, self.kinetic_moment),
+            *self._coefficients(),
+            self.radius or 0.0,
+            self.collar_radius or 0.0,
+            self.bearing_distance or inf,
+        )
 
 
-class SlideFriction(SchemaModel):
-    """Dry friction of a slide: a given force, which does not depend on the load in the joint."""
+class SlideFriction(JointDryFriction):
+    """Dry friction of a slide."""
 
-    law: Literal["coulomb"]
-    """Law of the friction."""
-    static_force: of.FrictionForce
-    """Largest force while the joint rests."""
+    given_friction = "force"
+    bearing_keys = ("guide_length",)
+
+    static_force: of.FrictionForce | None = None
+    """Largest force while the joint rests that does not depend on its load."""
     kinetic_force: of.FrictionForce | None = None
     """Force while it slides. Without it, the same as static_force."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _check_reaction(cls, data: Any) -> Any:
-        return _without_reaction(data, "static_force")
-
-    @model_validator(mode="after")
-    def _check_kinetic(self) -> Self:
-        _require_not_more(self.static_force, self.kinetic_force, "force")
-        return self
+    guide_length: of.LineLength | None = None
+    """Distance of the two shoes along the axis, with the joint in their middle: they also carry the
+    moment across the axis, and jam if it is large. Without it, that moment makes no friction."""
 
     def build(self) -> scene.JointFriction:
         """The same of the scene."""
-        return _build_friction(self.static_force, self.kinetic_force)
-
-
-def _build_friction(static: float, kinetic: float | None) -> scene.JointFriction:
-    return scene.JointFriction(static, static if kinetic is None else kinetic)
-
-
-FRICTION_KEYS = ("coefficient", "static_coefficient", "kinetic_coefficient", "radius")
-
-
-def _without_reaction(data: Any, instead: str) -> Any:
-    given_keys = [key for key in FRICTION_KEYS if isinstance(data, dict) and key in data]
-    if given_keys:
-        raise problem(
-            f"{' and '.join(given_keys)}, a friction that depends on the load in the joint",
-            f"a given {instead}",
-            "run without friction, read joint_force, and give coefficient x radius x its mean",
-        )
-    return data
-
-
-def _require_not_more(static: float, kinetic: float | None, what: str) -> None:
-    if kinetic is not None and kinetic > static:
-        raise problem(
-            f"kinetic_{what} {kinetic:g} above static_{what} {static:g}", "no more than static"
+        return scene.JointFriction(
+            *_both_of(self.static_force, self.kinetic_force),
+            *self._coefficients(),
+            bearing_distance=self.guide_length or inf,
         )
 
 

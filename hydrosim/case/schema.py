@@ -275,7 +275,7 @@ class SolverEntry(SolverSettings):
 
 class OutputEntry(SchemaModel):
     """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
-    another run needs to start from there; with ``impulses`` what `hydrosim explain` needs;
+    another run needs to start from there; with ``impulses`` what `hydrosim show --why` needs;
     ``accelerations``; the elevation at ``wave_probes``, x and y by name; the ``clearances`` of
     named points by name."""
 
@@ -284,7 +284,7 @@ class OutputEntry(SchemaModel):
     states: pydantic.StrictBool = False
     """Whether all states are recorded, so that another run can start from any record."""
     impulses: pydantic.StrictBool = False
-    """Whether impulses of forces are recorded, for hydrosim explain."""
+    """Whether impulses of forces are recorded, for hydrosim show --why."""
     accelerations: pydantic.StrictBool = False
     """Whether accelerations are recorded."""
     wave_probes: dict[of.Name, of.Position] = pydantic.Field(default_factory=dict)
@@ -337,7 +337,7 @@ class CaseFile(SchemaModel):
     @classmethod
     def _check_kind(cls, data: Any) -> Any:
         if isinstance(data, dict) and "case" in data and "bodies" not in data:
-            raise problem("a study, with the key case", "a case", "run it by hydrosim sweep")
+            raise problem("a study, with the key case", "a case", "run it by hydrosim study")
         return data
 
     @pydantic.model_validator(mode="after")

@@ -1,55 +1,126 @@
-"""Commands about case files: `hydrosim case`, `check`, `schema`, `new` and `example`."""
+"""Commands on cases: `hydrosim new`, `check`, `analyse` and `decay`."""
 
 from __future__ import annotations
 
 import json
-import os
-import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from enum import StrEnum
-from math import ceil, inf, pi, sqrt
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from hydrosim.cli import terminal
-from hydrosim.errors import InputError, unwritable
+from hydrosim.cli import options, terminal
+from hydrosim.cli.options import argument, option
+from hydrosim.errors import InputError
 
-if TYPE_CHECKING:
-    from hydrosim.case.load import Particulars
+SEA = "Sea and water"
 
-# `hydrosim check`: validate a case before it is run.
 
-err = terminal.progress_console()
+def new(
+    context: typer.Context,
+    path: Annotated[
+        Path | None, argument("CASE.yaml", "Case to write; with --example a folder.")
+    ] = None,
+    length: Annotated[
+        str | None, option('Length on the waterline: "180 m", or metres.', metavar="LENGTH")
+    ] = None,
+    beam: Annotated[str | None, option("Beam on the waterline.", metavar="LENGTH")] = None,
+    draught: Annotated[str | None, option("Draught.", metavar="LENGTH")] = None,
+    block_coefficient: Annotated[
+        str | None, option("Displaced volume over length x beam x draught; default: 1.")
+    ] = None,
+    displacement: Annotated[
+        str | None, option('Displaced mass instead: "79000 tonne".', metavar="MASS")
+    ] = None,
+    kg: Annotated[
+        str | None,
+        option("Centre of gravity above the keel; default: the draught.", metavar="LENGTH"),
+    ] = None,
+    water_depth: Annotated[
+        str | None, option('Depth, or "infinite", the default.', metavar="LENGTH", panel=SEA)
+    ] = None,
+    significant_height: Annotated[
+        str | None, option("Significant height; default: 1.5 m.", metavar="LENGTH", panel=SEA)
+    ] = None,
+    peak_period: Annotated[
+        str | None, option("Peak period; default: 8 s.", metavar="TIME", panel=SEA)
+    ] = None,
+    database: Annotated[
+        Path | None, option("Database to use; without it a recipe is written.", metavar="FILE")
+    ] = None,
+    example: Annotated[
+        str | None,
+        option("Write this example with its databases instead; list: print names.", metavar="NAME"),
+    ] = None,
+    schema: Annotated[
+        str | None,
+        option("Print a JSON schema for editors: case, study or recipe.", metavar="KIND"),
+    ] = None,
+) -> None:
+    """Write a commented case of a barge from its main particulars.
+
+    Numbers are in SI or carry a unit, as in --length "590 ft". Comments in the case say what was
+    assumed. Files that exist are not replaced.
+    """
+    from hydrosim.files.arguments import one_of
+    from hydrosim.interface import new as writing
+
+    given = terminal.given_options(context)
+    if schema is not None:
+        _refuse_others(given, "schema")
+        kind = one_of(writing.FileKind, schema, "schema")
+        typer.echo(json.dumps(writing.schema_of(kind)))
+        return
+    if example is not None:
+        _refuse_others(given, "example", "path")
+        if example == "list":
+            terminal.print_lines(*writing.example_names())
+            return
+        cases = writing.write_example(example, path or Path())
+        terminal.print_lines(*(f"case      {case}" for case in cases))
+        return
+    missing = [name for name in ("length", "beam", "draught") if name not in given]
+    if missing or path is None:
+        raise InputError(
+            f"{', '.join(missing) or 'CASE.yaml'}: found none; expected CASE.yaml, `length`, `beam`"
+            " and `draught`, or `example` or `schema`."
+        )
+    files = writing.write_new_case(given.pop("path"), **given)
+    names = ("case", "recipe")[: len(files)]
+    terminal.print_lines(*(f"{name:10s}{file}" for name, file in zip(names, files, strict=True)))
+    builds = [f"hydrosim db build {shlex.quote(str(file))}" for file in files[1:]]
+    check_it = f"hydrosim check {shlex.quote(str(files[0]))}"
+    terminal.print_lines(f"next      {'; '.join([check_it, *builds])}")
+
+
+def _refuse_others(given: dict[str, Any], *names: str) -> None:
+    if others := [name for name in given if name not in names]:
+        raise InputError(f"{', '.join(others)}: not possible with `{names[0]}`. Leave it out.")
 
 
 def check(
-    case_file: terminal.CaseFile,
+    case_file: options.CaseFile,
     time: Annotated[
         str,
-        typer.Option(help='Also print step limits and periods at these times: "30 min, 1 hour".'),
+        option('Also print step limits and periods at these times: "30 min, 1 hour".'),
     ] = "",
-    verbose: terminal.Verbose = False,
-    settings: terminal.Settings = [],  # noqa: B006
+    verbose: options.Verbose = False,
+    settings: options.Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Validate a case; print verdicts, step limits and natural periods.
 
-    --verbose adds the data that the scene uses and the data that it ignores. If the contents of
-    tanks change, limits and periods are printed for the start and the end. If the case needs
-    results of other cases that were not run yet, the command names them and stops. It ends with
-    exit code 1 if a verdict is "failed", such as a step that is unstable.
+    --verbose adds the data that the scene uses and the data that it ignores. If the case needs
+    results of other cases that were not run yet, the command names them and stops. Exit code 1: a
+    verdict is "failed", such as a step that is unstable.
     """
     from hydrosim.case.load import load_case
+    from hydrosim.files.arguments import quantity
     from hydrosim.files.document_nodes import Outcome, Verdict
     from hydrosim.report.sentences.check import check_document
     from hydrosim.simulation import outdated_reason
 
-    times = [
-        terminal.quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time
-    ]
+    times = [quantity("time", part, "time", "s", "1 hour") for part in time.split(",") if time]
     case = load_case(case_file, settings)
     missing = [reason for stage in case.stages() if (reason := outdated_reason(stage))]
     for reason in missing:
@@ -57,7 +128,7 @@ def check(
     if missing:
         return
 
-    with terminal.announce_compiling(err), terminal.progress("checking") as report:
+    with terminal.computing("checking") as report:
 
         def report_items(items: Sequence[Any], what: str) -> Iterator[Any]:
             for k, item in enumerate(items):
@@ -70,500 +141,142 @@ def check(
         raise typer.Exit(1)
 
 
-def case(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN.nc", help="Result of a run.")],
-    number: Annotated[
-        int | None,
-        typer.Option("--run", help="Number of the run in a file of many runs, counted from 0."),
+LINEAR, LINE, BALLAST = "Linear analysis, the default", "Mooring line", "Ballast"
+CONVERGE = "Methods and steps"
+
+
+def analyse(
+    context: typer.Context,
+    file: Annotated[Path, argument("CASE.yaml", "Case, or file of MoorDyn or MoorPy.")],
+    time: Annotated[
+        str | None,
+        option('Time of loads and tanks: "10 min"; default: 0 s.', metavar="TIME", panel=LINEAR),
     ] = None,
-) -> None:
-    """Print the case that repeats a run, with all defaults and automatic choices written out.
-
-    The case is in SI units and radians. It has absolute paths and the checksums of databases, so it
-    can be kept anywhere: hydrosim case RUN.nc > AGAIN.yaml.
-    """
-    from hydrosim.compare.dataset import read_result
-    from hydrosim.run.provenance import case_of
-
-    result = read_result(run_file)
-    try:
-        text = case_of(result, number)
-    except InputError as error:
-        raise InputError(f"{run_file}: {error}") from None
-    typer.echo(text, nl=False)
-
-
-# `hydrosim schema`: JSON schemas with which editors complete and check files.
-
-
-class FileKind(StrEnum):
-    """Kinds of files that hydrosim reads."""
-
-    CASE = "case"
-    STUDY = "study"
-    RECIPE = "recipe"
-
-
-def schema(
-    kind: Annotated[FileKind, typer.Argument(help="Kind of file.")] = FileKind.CASE,
-) -> None:
-    """Print the JSON schema of case files, of studies, or of recipes of databases.
-
-    Save it beside a case: hydrosim schema case > case.schema.json. Begin the case with the line "#
-    yaml-language-server: $schema=case.schema.json". Editors with a YAML language server then
-    complete keys, show their meaning and mark mistakes.
-    """
-    typer.echo(json.dumps(schema_of(kind)))
-
-
-def schema_of(kind: FileKind) -> dict[str, Any]:
-    """JSON schema (draft 2020-12) of files of a ``kind``."""
-    from hydrosim.files.json_schema import either_schema, json_schema
-
-    match kind:
-        case FileKind.CASE:
-            from hydrosim.case.schema import CaseFile
-
-            return json_schema(CaseFile, "Case of hydrosim")
-        case FileKind.STUDY:
-            from hydrosim.study.study_file import StudyFile
-
-            return json_schema(StudyFile, "Study of hydrosim")
-        case FileKind.RECIPE:
-            from hydrosim.database.build.recipe import OneBody, SeveralBodies
-
-            single, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))
-            return either_schema("Recipe of a database of hydrosim", "bodies", several, single)
-
-
-# `hydrosim example`, a case that comes with the program; `hydrosim new`, one from particulars.
-
-FILE_NAME_PATTERN = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl|obj)\b")
-
-
-def example(
-    name: Annotated[
-        str | None, typer.Argument(help="Name of the example; without a name, all are listed.")
+    headings: Annotated[
+        str | None, option("Headings of RAOs (deg), with commas; default: the sea.", panel=LINEAR)
     ] = None,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder to write into.")
-    ] = Path("."),
-) -> None:
-    """Write an example case with its databases, or list all examples.
-
-    Case files go to cases/NAME, and their databases to hydro_db. Existing files are kept.
-    """
-    from hydrosim.files.outputs import make_folder
-
-    home = _examples_folder()
-    case_names = sorted(
-        path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml"))
-    )
-    if name is None:
-        terminal.print_lines(*case_names)
-        return
-    if name not in case_names:
-        raise InputError(f"example: found {name!r}; expected one of {', '.join(case_names)}")
-    for file in _example_files(home, home / "cases" / name):
-        made = output / file.relative_to(home.resolve())
-        if not os.path.lexists(made):  # a broken link also counts as existing
-            make_folder(made.parent)
-            made.write_bytes(file.read_bytes())
-    cases = sorted((output / "cases" / name).glob("*.yaml"))
-    terminal.print_lines(*(f"case      {path}" for path in cases))
-
-
-def _examples_folder() -> Path:
-    """Folder of the examples: in the package, or beside it in a clone of the repository."""
-    package = Path(__file__).parents[1]
-    for folder in (package / "examples", package.parent):
-        if (folder / "cases").is_dir() and (folder / "hydro_db").is_dir():
-            return folder
-    raise InputError(
-        "example: this installation has no examples; copy the folder cases from the repository."
-    )
-
-
-def _example_files(home: Path, folder: Path) -> list[Path]:
-    """Case files and studies of a folder, and all files that they name."""
-    waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")]
-    paths = set[Path]()
-    while waiting:
-        path = waiting.pop().resolve()
-        if path in paths or not path.is_file():
-            continue
-        paths.add(path)
-        if path.suffix == ".yaml":
-            waiting += [
-                path.parent / name for name in FILE_NAME_PATTERN.findall(path.read_text("utf-8"))
-            ]
-    return sorted(path for path in paths if path.is_relative_to(home.resolve()))
-
-
-FREQUENCY_STEP = 0.03  # rad/s: a memory of 105 s
-# Frequency over sqrt(2 g / B): a box of 60 x 20 x 3 m needs more than 3.2 in surge
-SHORT_WAVE_FACTOR = 4.0
-MAX_PANELS = 3000  # at most, about, on the whole hull
-ROTATIONS = "roll", "pitch", "yaw"
-
-SAME_HULL = 0.1
-"""Difference of displacements that one hull may have."""
-CASE_TEMPLATE = """\
-# Written by hydrosim new from: {given}.
-# ESTIMATE marks what was assumed. Replace it by what is known of your vessel.
-# Check it with "hydrosim check {name}", run it with "hydrosim run {name} --plot".
-title: {title}
-duration: 1 hour
-
-environment:
-  water_depth: {depth}
-  water_density: {density:g} kg/m^3
-  waves:
-    spectrum: jonswap
-    significant_height: {height:g} m
-    peak_period: {period:g} s
-    peak_enhancement: 3.3
-    heading: 180 deg        # where waves go to: 180 deg are head seas
-    seed: 1
-    ramp: 100 s             # the sea grows from zero; leave this time out of statistics
-
-bodies:
-  barge:
-{hydrodynamics}
-    mass: {mass:.6g} tonne{mass_note}
-    # The frame has its origin on the still waterline, x forward, y to port, z up.
-    centre_of_gravity: [{x:.6g} m, 0 m, {z:.6g} m]  # {kg_note}
-    radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, {yaw:.2g} L, usual of barges
-    points: {{bow: [{bow:.6g} m, 0 m, {up:.6g} m]}}  # recorded; measured from the centre of gravity
-{start}
-forces:
-  # ESTIMATE: soft moorings that give these natural periods. Lines are forces of type spring.
-  moorings:
-    type: linear_mooring
-    body: barge
-    natural_period: {{surge: 100 s, sway: 100 s, yaw: 80 s}}
-    damping_ratio: {{surge: 5 %, sway: 5 %, yaw: 5 %}}
-{bilges}
-solver: {{method: rk4, step: 0.1 s}}
-output: {{step: 0.5 s}}
-"""
-COEFFICIENTS_TEMPLATE = """\
-    # NO WAVE LOADS YET. Until there is a database, these are constant coefficients of a box of
-    # {box:.4g} x {beam:g} x {draught:g} m, and the sea has no effect. For the database:
-    # hydrosim db build {recipe}
-    # Then write "hydrodynamics: {database}" in place of the coefficients, and remove `wave_forces`
-    # and `initial`.
-    hydrodynamics:
-      # rho g V / T; rho g V GM with GM {gm:.3g} m; rho g V GML with GML {gml:.4g} m
-      stiffness:{stiffness}
-      # ESTIMATE: strips by Newman (1977) and DNV-RP-C205; surge is 8 % of the mass
-      added_mass:{added_mass}
-      # ESTIMATE: 14 % of critical in heave, 3 % in roll, 15 % in pitch
-      damping:{damping}
-    # Natural periods by these: heave {heave:.3g} s, roll {roll:.3g} s, pitch {pitch:.3g} s.
-    wave_forces: {{first_order: false}}  # until there is a database"""
-INITIAL_TEMPLATE = """\
-    # Offsets to decay from, so that there is something to see without wave loads.
-    initial: {position: {heave: 0.5 m, roll: 2 deg, pitch: 0.5 deg}}
-"""
-BILGES_TEMPLATE = """\
-  # ESTIMATE: viscous damping of roll, which potential flow lacks. Take it from a decay test.
-  bilges: {type: linear_damping, body: barge, damping_ratio: {roll: 3 %}}
-"""
-RECIPE_TEMPLATE = """\
-# Written by hydrosim new for {name}. "hydrosim db build {recipe}" computes {database}
-# with Capytaine, of the extra bem. The hull is a box with the displacement of the barge: a hull of
-# type barge or mesh is nearer to yours.
-title: {title}
-hull:
-  type: box
-  length: {box:.6g} m
-  beam: {beam:g} m
-  draught: {draught:g} m
-  panels: {panel:.3g} m  # smaller panels are nearer to the truth, and take longer
-water: {{density: {density:g} kg/m^3, depth: {depth}}}
-centre_of_gravity: [0 m, 0 m, {z:.6g} m]  # {kg_note}
-radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, {yaw:.2g} L
-# Up to three times the peak frequency of the sea, and to waves that are short beside the beam: the
-# hull makes hardly any of these. The step resolves 105 s of memory.
-frequencies: {{start: {start:.6g} rad/s, stop: {stop:.6g} rad/s, step: {step:g} rad/s}}
-headings: {{start: 0 deg, stop: 180 deg, step: 15 deg}}
-"""
-
-
-def new(
-    case_file: Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Write this case file.")],
-    length: Annotated[str, typer.Option(help='Length on the waterline: "180 m", or metres.')],
-    beam: Annotated[str, typer.Option(help="Beam on the waterline.")],
-    draught: Annotated[str, typer.Option(help="Draught.")],
-    block_coefficient: Annotated[
-        str, typer.Option(help="Displaced volume over length x beam x draught; 1 if not given.")
-    ] = "",
-    displacement: Annotated[
-        str, typer.Option(help='Displaced mass, in place of the block coefficient: "79000 tonne".')
-    ] = "",
-    kg: Annotated[
-        str, typer.Option(help="Centre of gravity above the keel; the draught if not given.")
-    ] = "",
-    water_depth: Annotated[str, typer.Option(help='Depth of the water, or "infinite".')] = (
-        "infinite"
-    ),
-    significant_height: Annotated[str, typer.Option(help="Significant wave height.")] = "1.5 m",
-    peak_period: Annotated[str, typer.Option(help="Peak period of the sea.")] = "8 s",
+    periods: Annotated[
+        str | None, option("Periods of RAOs (s); default: those of databases.", panel=LINEAR)
+    ] = None,
     database: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Use this database; without it a recipe is written."),
+        bool,
+        option(
+            "Added mass and damping of databases, not of the model.", "--database", panel=LINEAR
+        ),
+    ] = False,
+    contacts: Annotated[
+        str | None,
+        option("Contacts pressed at rest: stuck (default), sliding or open.", panel=LINEAR),
     ] = None,
+    line: Annotated[
+        str | None,
+        option("Analyse this mooring line; all: the first.", metavar="NAME", panel=LINE),
+    ] = None,
+    offset: Annotated[
+        str | None,
+        option(
+            'Largest offset of the fairlead: "20 m"; default: 10 % of the height.',
+            metavar="LENGTH",
+            panel=LINE,
+        ),
+    ] = None,
+    ballast: Annotated[
+        bool, option("Loading condition at --time; plan of pumps.", "--ballast", panel=BALLAST)
+    ] = False,
+    lift: Annotated[
+        str | None,
+        option('Weight to be lifted off: "20000 tonne_force".', metavar="FORCE", panel=BALLAST),
+    ] = None,
+    rise: Annotated[
+        str | None, option('Rise of the body: "0.5 m".', metavar="LENGTH", panel=BALLAST)
+    ] = None,
+    within: Annotated[
+        str | None,
+        option("Longest duration of the plan; default: 1 hour.", metavar="TIME", panel=BALLAST),
+    ] = None,
+    heel: Annotated[
+        str | None,
+        option('Loss of GM by free surfaces at: "5 deg".', metavar="ANGLE", panel=BALLAST),
+    ] = None,
+    body: Annotated[
+        str | None,
+        option("Body of the plan; default: the first with tanks.", metavar="NAME", panel=BALLAST),
+    ] = None,
+    converge: Annotated[
+        bool, option("Error and run time of methods and steps.", "--converge", panel=CONVERGE)
+    ] = False,
+    methods: Annotated[
+        str | None, option("Methods; default: rk2,rk4,dopri5.", panel=CONVERGE)
+    ] = None,
+    steps: Annotated[str | None, option("Steps (s); default: 0.1,0.05,0.025.", panel=CONVERGE)] = (
+        None
+    ),
+    tolerances: Annotated[
+        str | None, option("Of adaptive methods; default: 1e-5,1e-6,1e-7.", panel=CONVERGE)
+    ] = None,
+    output: options.Output = None,
+    verbose: options.Verbose = False,
+    overwrite: options.Overwrite = False,
+    settings: options.Settings = [],  # noqa: B006  typer copies it
 ) -> None:
-    """Write a commented case of a barge from its main particulars.
+    """Analyse a case without a run: modes, RAOs, response in the sea.
 
-    Numbers are in SI or carry a unit, as in --length "590 ft". The case passes `hydrosim check`.
-    Its comments say what was assumed. Without a database it runs with constant coefficients, and a
-    recipe beside it computes the database. Files that exist are not replaced.
+    The equilibrium is without friction. --line, --ballast and --converge analyse a mooring line,
+    the loading condition, or methods and steps instead. Tables are printed, a picture and netCDF
+    are written.
     """
-    recipe = case_file.with_name(f"{case_file.stem}_hull.yaml")
-    _require_new(case_file, recipe)
-    barge = _read_particulars(length, beam, draught, block_coefficient, displacement, kg)
-    sea = {
-        "height": _read_quantity(
-            "--significant-height", significant_height, "wave height", "m", "1.5 m"
-        ),
-        "period": _read_quantity("--peak-period", peak_period, "time", "s", "8 s"),
-    }
-    depth = _read_depth(water_depth, barge)
-    texts = sea | _template_texts(barge, recipe, depth, kg) | {"name": case_file.name}
-    if database is None:
-        _write_case(
-            recipe,
-            RECIPE_TEMPLATE.format(**texts, **_recipe_resolution(barge, sea["period"], depth)),
+    from hydrosim.case.load import load_case
+    from hydrosim.interface import analyse as analysing
+
+    analysing.require_file(file, analysing.EXPECTED_FILE)
+    case: Any = file
+    if not analysing.is_file_of_lines(file):
+        case = load_case(file, settings)
+    elif settings:
+        raise InputError(f"--set: found a setting, and {file} is no case; expected a case.")
+    given = terminal.given_options(context, "file", "verbose", "settings")
+    given["output"] = output or True
+    if converge:
+        terminal.run_earlier_stages(case, terminal.simulate_with_progress)
+    with terminal.computing("analysing") as report:
+        result = analysing.analyse(case, **given, progress=lambda what: report(remark=what))
+    terminal.show_result(result, verbose)
+
+
+def decay(
+    records: Annotated[
+        list[Path],
+        argument("DECAY...", "Recordings of decaying roll: text, netCDF, MATLAB or HDF5."),
+    ],
+    column: Annotated[
+        str, option("Column of the roll angle: its name or number.", metavar="NAME")
+    ] = "roll",
+    unit: Annotated[str, option("deg or rad, if the file does not say it.")] = "",
+    start: options.From = "",
+    end: options.To = "",
+    body: Annotated[str, option("Body in the keys that are written.", metavar="NAME")] = "barge",
+    output: Annotated[
+        Path | None,
+        option("File to write the keys of a case to.", "--output", "-o", metavar="KEYS.yaml"),
+    ] = None,
+    verbose: options.Verbose = False,
+    overwrite: options.Overwrite = False,
+) -> None:
+    """Fit roll damping and natural period to recorded decay tests.
+
+    The command prints p1, p2, p3 with 90 % intervals, draws the fit, and writes the keys of a case.
+    """
+    from hydrosim.interface.analyse import fit_decay
+
+    with terminal.progress("fitting"):
+        result = fit_decay(
+            records,
+            column=column,
+            unit=unit,
+            start=start,
+            end=end,
+            body=body,
+            output=output or True,
+            overwrite=overwrite,
         )
-        coefficients_text = COEFFICIENTS_TEMPLATE.format(**texts, **_coefficient_texts(barge))
-        _write_case(
-            case_file,
-            CASE_TEMPLATE.format(
-                **texts, hydrodynamics=coefficients_text, start=INITIAL_TEMPLATE, bilges=""
-            ),
-        )
-        terminal.print_lines(f"case      {case_file}", f"recipe    {recipe}")
-        terminal.print_lines(
-            f"next      hydrosim check {_shell_path(case_file)};"
-            f" hydrosim db build {_shell_path(recipe)}"
-        )
-        return
-    texts |= _keys_of_database(database, depth, barge)
-    coefficients_text = (
-        f"    hydrodynamics: {Path(os.path.relpath(database, case_file.parent)).as_posix()}"
-    )
-    _write_case(
-        case_file,
-        CASE_TEMPLATE.format(
-            **texts, hydrodynamics=coefficients_text, start="", bilges=BILGES_TEMPLATE
-        ),
-    )
-    terminal.print_lines(
-        f"case      {case_file}", f"next      hydrosim check {_shell_path(case_file)}"
-    )
-
-
-def _shell_path(path: Path) -> str:
-    """A path as a shell takes it."""
-    return shlex.quote(str(path))
-
-
-def _require_new(case_file: Path, recipe: Path) -> None:
-    """Refuses names that are no case's, or that are taken."""
-    if case_file.suffix != ".yaml":
-        raise InputError(f"{case_file}: expected a name that ends in .yaml.")
-    for path in (case_file, recipe):
-        if os.path.lexists(path):
-            raise InputError(f"{path} exists and is not replaced. Choose another name, or move it.")
-
-
-def _read_particulars(
-    length: str, beam: str, draught: str, block: str, displacement: str, kg: str
-) -> Particulars:
-    """The main particulars of options; InputError where they are those of no barge afloat."""
-    from hydrosim.case.load import Particulars
-
-    lengths = {"--length": length, "--beam": beam, "--draught": draught}
-    long, wide, deep = (
-        _read_quantity(name, text, "length", "m", "180 m") for name, text in lengths.items()
-    )
-    if not long >= wide >= deep:
-        found_text = f"--length {long:g} m, --beam {wide:g} m, --draught {deep:g} m"
-        raise InputError(
-            f"found {found_text}; expected a length above the beam, and a beam above the draught."
-            " Mend them."
-        )
-    height = _read_quantity("--kg", kg, "length", "m", "9 m") if kg else deep
-    box = Particulars(long, wide, deep, 1.0, height)
-    barge = replace(box, block=_block_coefficient(box, block, displacement))
-    if barge.metacentric_height <= 0.0:
-        most = barge.kg + barge.metacentric_height
-        raise InputError(
-            f"--kg: found the centre of gravity {barge.kg:g} m above the keel, where the barge"
-            f" capsizes (GM {barge.metacentric_height:.3g} m); expected less than {most:.4g} m."
-            " Give --kg, or mend beam and draught."
-        )
-    return barge
-
-
-def _block_coefficient(box: Particulars, block: str, displacement: str) -> float:
-    """The block coefficient that is given, or follows from the displacement."""
-    if block and displacement:
-        raise InputError(
-            "--block-coefficient, --displacement: found both; expected one of them. Leave one out."
-        )
-    coefficient = _read_quantity("--block-coefficient", block or "1", "ratio", "", "0.9")
-    if displacement:
-        coefficient = (
-            _read_quantity("--displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
-        )
-    if not 0.5 <= coefficient <= 1.0:
-        raise InputError(
-            f"found a block coefficient of {coefficient:.3g}, the displacement over the"
-            f" {box.mass / 1e3:.6g} tonne of a box; expected 0.5 to 1. Mend --block-coefficient,"
-            " --displacement or the sides."
-        )
-    return coefficient
-
-
-def _read_depth(text: str, barge: Particulars) -> float:
-    """Depth of the water [m], more than the draught."""
-    depth = _read_quantity("--water-depth", text, "depth", "m", "100 m", infinite=True)
-    if depth <= barge.draught:
-        raise InputError(
-            f"--water-depth: found {depth:g} m; expected more than the draught of"
-            f" {barge.draught:g} m."
-        )
-    return depth
-
-
-def _read_quantity(
-    option: str, text: str, what: str, unit: str, example: str, infinite: bool = False
-) -> float:
-    """A positive number of an option in SI."""
-    from pydantic_core import PydanticCustomError
-
-    from hydrosim.files.units import Quantity
-
-    try:
-        return Quantity(what, unit, example, above=0, infinite=infinite).read(text)
-    except PydanticCustomError as error:
-        raise InputError(f"{option}: {error.message()}.") from None
-
-
-def _template_texts(barge: Particulars, recipe: Path, depth: float, kg: str) -> dict[str, Any]:
-    """What stands in the texts of case and recipe."""
-    sides = f"length {barge.length:g} m, beam {barge.beam:g} m, draught {barge.draught:g} m"
-    return {
-        "title": f"Barge of {barge.length:g} x {barge.beam:g} x {barge.draught:g} m",
-        "given": f"{sides}, block coefficient {barge.block:.4g}",
-        "recipe": recipe.name,
-        "database": recipe.with_suffix(".nc").name,
-        "depth": _metres_text(depth),
-        "density": barge.density,
-        "box": barge.box_length,
-        "beam": barge.beam,
-        "draught": barge.draught,
-        "mass": barge.mass / 1e3,
-        "mass_note": f"  # {barge.density:g} kg/m^3 x Cb {barge.block:.4g} x L B T",
-        "x": 0.0,
-        "z": barge.kg - barge.draught,
-        "kg_note": f"KG {barge.kg:g} m" + ("" if kg else ", an ESTIMATE: on the waterline"),
-        "radii": ", ".join(f"{radius:.4g} m" for radius in barge.radii),
-        "yaw": barge.radii[2] / barge.length,
-        "bow": barge.length / 2,
-        "up": 2 * barge.draught - barge.kg,
-    }
-
-
-def _metres_text(depth: float) -> str:
-    return "infinite" if depth == inf else f"{depth:g} m"
-
-
-def _coefficient_texts(barge: Particulars) -> dict[str, Any]:
-    """What stands for a database in the text of a case."""
-    return {
-        "gm": barge.metacentric_height,
-        "gml": barge.longitudinal_metacentric_height,
-        "stiffness": _lines_by_direction(barge.stiffness(), "kN/m", "kN*m/rad"),
-        "added_mass": _lines_by_direction(barge.added_mass(), "tonne", "tonne*m^2"),
-        "damping": _lines_by_direction(barge.damping(), "kN*s/m", "kN*m*s/rad"),
-        **barge.periods(),
-    }
-
-
-def _lines_by_direction(values: Mapping[str, float], along: str, about: str) -> str:
-    """Values in units of 1000 SI, by direction, one a line."""
-    units = {dof: about if dof in ROTATIONS else along for dof in values}
-    lines = (f"        {dof}: {_rounded_text(x / 1e3)} {units[dof]}" for dof, x in values.items())
-    return "\n" + "\n".join(lines)
-
-
-def _rounded_text(value: float) -> str:
-    """Four digits that count, without a power of ten."""
-    return f"{float(f'{value:.4g}'):.15g}"
-
-
-def _recipe_resolution(barge: Particulars, period: float, depth: float) -> dict[str, float]:
-    """Panels and frequencies that the sea and the hull's own waves ask for, from the lowest that
-    can be computed in water of this ``depth`` [m]."""
-    from hydrosim.database.build.drift import Water
-
-    lowest = Water(barge.density, barge.gravity, depth).lowest_frequency
-    start = FREQUENCY_STEP * max(ceil(lowest / FREQUENCY_STEP), 1)
-    of_sea = 3 * 2 * pi / period
-    of_hull = SHORT_WAVE_FACTOR * sqrt(2 * barge.gravity / barge.beam)
-    stop = FREQUENCY_STEP * ceil(max(of_sea, of_hull) / FREQUENCY_STEP)
-    wave = 2 * pi * barge.gravity / stop**2
-    wet = barge.box_length * barge.beam + 2 * barge.draught * (barge.box_length + barge.beam)
-    panel = max(min(wave / 4, barge.draught / 2), sqrt(wet / MAX_PANELS))
-    return {
-        "step": FREQUENCY_STEP,
-        "start": start,
-        "stop": stop,
-        "panel": panel,
-    }
-
-
-def _keys_of_database(path: Path, depth: float, barge: Particulars) -> dict[str, Any]:
-    """What a case takes from its database: water, mass, place along the hull."""
-    from hydrosim.database.load import read
-
-    db = read(path)
-    if depth not in (inf, db.water_depth):
-        raise InputError(
-            f"--water-depth: found {depth:g} m, but {path} is for {_metres_text(db.water_depth)};"
-            " expected the same. Leave --water-depth out, or take another database."
-        )
-    texts: dict[str, Any] = {"depth": _metres_text(db.water_depth), "density": db.water_density}
-    if db.volume is not None:
-        _require_same_hull(path, db.water_density * float(db.volume[0]), barge)
-        texts["mass"] = db.water_density * float(db.volume[0]) / 1e3
-        texts["mass_note"] = "  # displaced by the hull of the database"
-    if db.centre_of_buoyancy is not None:
-        texts["x"] = float(db.centre_of_buoyancy[0, 0])
-    return texts
-
-
-def _require_same_hull(path: Path, displaced: float, barge: Particulars) -> None:
-    """Refuses a database of a hull that displaces [kg] something else than the particulars do."""
-    if abs(displaced / barge.mass - 1.0) > SAME_HULL:
-        raise InputError(
-            f"--database: {path} displaces {displaced / 1e3:.6g} tonne, but the main particulars"
-            f" {barge.mass / 1e3:.6g} tonne; expected the same hull. Give the particulars of the"
-            " database's hull, with --displacement, or take another database."
-        )
-
-
-def _write_case(path: Path, text: str) -> None:
-    """Writes a file that is not there."""
-    from hydrosim.files.outputs import make_folder
-
-    make_folder(path.parent)
-    try:
-        with open(path, "x", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        raise unwritable(path, error) from None
+    terminal.show_result(result, verbose)

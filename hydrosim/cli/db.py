@@ -13,17 +13,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydrosim.cli.options import GivenSettings, Overwrite, Plot, Settings
 from hydrosim.cli.terminal import (
-    GivenSettings,
-    Overwrite,
-    Settings,
+    Command,
     given_database,
-    output_for,
     print_lines,
     print_resume_hint,
     print_status,
     progress,
-    seconds,
     show_document,
 )
 from hydrosim.errors import InputError
@@ -106,7 +103,7 @@ DatabaseFile = Annotated[
 ]
 
 
-@app.command()
+@app.command(cls=Command)
 def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
     """Print the content of a database."""
     from hydrosim.database.load import read, recognise
@@ -118,7 +115,7 @@ def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
     print_lines(*_database_caveats(db, asked.given))
 
 
-@app.command()
+@app.command(cls=Command)
 def check(
     file: DatabaseFile,
     strict: Annotated[
@@ -159,7 +156,7 @@ def check(
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(cls=Command)
 def convert(
     file: DatabaseFile,
     out: Annotated[
@@ -170,6 +167,7 @@ def convert(
 ) -> None:
     """Read a database of any format and write it in another, checked."""
     from hydrosim.database.load import format_of, load, set_of, write
+    from hydrosim.files.arguments import output_for
 
     asked = given_database(file, given)
     if format_of(out) != ".nc" and asked.changes.accept:
@@ -177,9 +175,8 @@ def convert(
             f"--given accept: {out} cannot store accepted findings; expected an .nc file."
         )
     inputs = set_of(file)
-    output = output_for(
-        out, out.stem, "database", file, inputs=inputs, overwrite=overwrite, suffix=None
-    )
+    output = output_for(out, "", "database", file, inputs=inputs, overwrite=overwrite, suffix=None)
+    assert output is not None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         db = load(file, asked.given, asked.changes)
@@ -190,7 +187,7 @@ def convert(
     print_lines(*(f"result    {path}" for path in files))
 
 
-@app.command()
+@app.command(cls=Command)
 def kernel(
     file: DatabaseFile,
     until: Annotated[
@@ -214,17 +211,18 @@ def kernel(
     """Write the retardation functions as a table, and draw them."""
     from hydrosim.database.kernels import kernels, write_table
     from hydrosim.database.load import read
+    from hydrosim.files.arguments import output_for, seconds
     from hydrosim.report.charts.database import draw_kernels
 
-    end, step = seconds("--until", until, 100.0), seconds("--every", every, 0.1)
+    end, step = seconds("until", until), seconds("every", every)
     if not (step > 0.0 and 2 <= end / step <= MAX_TABLE_STEPS):
         raise InputError(
-            f"--until, --every: {end:g} s in steps of {step:g} s; expected 2 to"
+            f"until, every: {end:g} s in steps of {step:g} s; expected 2 to"
             f" {MAX_TABLE_STEPS} steps."
         )
-    made = output_for(
-        output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv"
-    )
+    name = f"{file.stem}_kernel"
+    made = output_for(output or True, name, "kernel", file, overwrite=overwrite, suffix=".csv")
+    assert made is not None
     page = made.output_at(made.path.with_suffix(".png"), "picture").checked_output()
     asked = given_database(file, given)
     db = read(file, asked.given)
@@ -234,24 +232,26 @@ def kernel(
     print_lines(report, *_database_caveats(db, asked.given), f"result    {made.path}, {page.path}")
 
 
-@app.command()
+@app.command(cls=Command)
 def build(
     recipe: Annotated[Path, typer.Argument(metavar="RECIPE.yaml", help="Recipe to read.")],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Database to write.")
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of processes.")] = 1,
-    picture: Annotated[bool, typer.Option("--picture", help="Also draw mesh and results.")] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Number of processes.")] = 1,
+    plot: Plot = False,
     overwrite: Overwrite = False,
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Compute a database from a hull. After an interruption, the same command continues."""
+    from hydrosim.files.arguments import output_for
     from hydrosim.files.text import unreadable_reason
 
     if reason := unreadable_reason(recipe):
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
-    made = output_for(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
+    made = output_for(place, "", "database", recipe, overwrite=overwrite, suffix=None)
+    assert made is not None
     with print_resume_hint("the same command"), progress("computing", "frequencies") as report:
         time_left = TimeLeft()
 
@@ -265,7 +265,7 @@ def build(
                 f"estimate  {_duration_text(seconds)} for the frequencies that are not stored yet"
             )
 
-        files = build_database(made, jobs, picture, settings, tell, announce)
+        files = build_database(made, workers, plot, settings, tell, announce)
     for path in files:
         print_lines(f"result    {path}")
 
@@ -324,5 +324,9 @@ def _picture_output(path: Path, file: Path, overwrite: bool) -> Output:
     """Output for the picture of a database. Raises `InputError` if it cannot be written to
     ``path``."""
     if path.suffix not in PICTURE_SUFFIXES:
-        raise InputError(f"--output: found {path}; expected one of {', '.join(PICTURE_SUFFIXES)}.")
-    return output_for(path, path.stem, "picture", file, overwrite=overwrite, suffix=path.suffix)
+        raise InputError(f"output: found {path}; expected one of {', '.join(PICTURE_SUFFIXES)}.")
+    from hydrosim.files.arguments import output_for
+
+    picture = output_for(path, "", "picture", file, overwrite=overwrite, suffix=path.suffix)
+    assert picture is not None
+    return picture

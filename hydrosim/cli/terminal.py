@@ -7,18 +7,16 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from enum import StrEnum
-from functools import wraps
-from math import inf, isfinite
 from pathlib import Path
 from threading import Event, Thread
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import typer
 from rich.console import Console, RenderableType
+from typer.core import TyperCommand
 
 from hydrosim.errors import InputError
 
@@ -28,6 +26,7 @@ if TYPE_CHECKING:
     from hydrosim.case import Case
     from hydrosim.files.document import Document
     from hydrosim.files.outputs import Output
+    from hydrosim.interface.printed import PrintedResult
     from hydrosim.scene import ChangedDatabase
 
 # Standard streams that are closed, or that nobody reads, do not end a command.
@@ -102,13 +101,6 @@ def print_status(text: str) -> None:
     print_parts(Console(stderr=True), text)
 
 
-def incomplete_run_warnings(attributes: Mapping[str, object]) -> list[str]:
-    """Warning about the end of a run, from its attributes; empty if the run is complete."""
-    status = attributes.get("status", "complete")
-    text = f"warning   the run is {status}: {attributes.get('status_message', '')}"
-    return [] if status == "complete" else [text]
-
-
 def progress_console() -> Console:
     """Console for progress bars, which are drawn on terminals only. Notebooks and others may force
     colours upon streams that keep every state of a bar."""
@@ -116,169 +108,37 @@ def progress_console() -> Console:
     return Console(stderr=True, force_terminal=is_terminal)
 
 
-# Arguments and options that several commands share, and their validation.
-
-Choice = TypeVar("Choice", bound=StrEnum)
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file to read.")]
-Settings = Annotated[
-    list[str],
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change a value of the input file: solver.step=0.05. May be repeated.",
-    ),
-]
-StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.yaml", help="Study file to read.")]
-Workers = Annotated[
-    int | None,
-    typer.Option(min=1, help="Number of simultaneous runs; default: the number of cores."),
-]
-From = Annotated[
-    str,
-    typer.Option(
-        "--from",
-        metavar="TIME",
-        help='Ignore everything before this time: "10 min", or a number in seconds.',
-    ),
-]
-To = Annotated[
-    str,
-    typer.Option(
-        "--to",
-        metavar="TIME",
-        help='Ignore everything after this time: "1 hour", or a number in seconds.',
-    ),
-]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the details.")]
-Overwrite = Annotated[
-    bool,
-    typer.Option("--overwrite", help="Replace existing files of any kind; keep no earlier result."),
-]
+# Options of a command, as its function of Python takes them.
 
 
-def require_file(path: Path, expected: str) -> None:
-    """Raises InputError if there is nothing at ``path``. It comes before messages about results,
-    which have their names from the input."""
-    if not os.path.exists(path):
-        raise InputError(f"{path}: there is no such file; expected {expected}.")
+def given_options(context: typer.Context, *but: str) -> dict[str, Any]:
+    """Arguments and options of a command that are given, by name, ``but`` for some."""
+    options = {name: value for name, value in context.params.items() if name not in but}
+    return {name: value for name, value in options.items() if not is_absent(value)}
 
 
-def output_for(
-    given: Path | None,
-    default: str,
-    what: str,
-    origin: Path,
-    *,
-    inputs: Iterable[Path] = (),
-    overwrite: bool = False,
-    suffix: str | None = ".nc",
-    settings: str = "",
-) -> Output:
-    """Output for a result ``what`` ("run") that is made of the file ``origin``. Its path is
-    ``given``, or else ``default`` in the current folder, or a free name if the program reads that
-    file. Raises InputError before any computation if the path cannot be written. ``settings`` are
-    the settings of the result."""
-    from hydrosim.files.outputs import Output
-
-    path = given or Path(f"{default}{suffix}")
-    made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
-    if given is None and made.is_own_input():
-        made = made.output_at(path.with_stem(f"{path.stem}_{what}"))
-        text = f"{path} is an input here; the result goes to {made.path}"
-        Console(stderr=True).print(text, markup=False, highlight=False, soft_wrap=True)
-    if os.path.isdir(path):  # Path.is_dir raises where a name is too long
-        example = path / f"{what}{suffix or '.txt'}"
-        raise InputError(f"--output: {path} is a directory; expected a file, such as {example}.")
-    if path.suffix in (".yaml", ".yml"):
-        raise InputError(
-            f"--output: {path} has the name of a case file; expected the name of a result."
-        )
-    if suffix and path.suffix != suffix:
-        raise InputError(f"--output: found {path}; expected a name that ends in {suffix}.")
-    return made.checked_output()
+def is_absent(value: Any) -> bool:
+    """Whether the value of an option says that the option is not given."""
+    return value is None or value is False or value in ("", [])
 
 
-def numbers(text: str, option: str, positive: bool = True) -> list[float]:
-    """Numbers of an option, separated by commas. Raises InputError that names the option."""
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = [float("nan")]
-    if not all(isfinite(x) and (x > 0.0 or not positive) for x in values):
-        kind = "positive numbers" if positive else "numbers"
-        raise InputError(f"{option}: found {text!r}; expected {kind}, such as 0.1,0.05.")
-    return values
+def show_result(result: PrintedResult, verbose: bool = False) -> None:
+    """Print a result: its text, its files, and what else there is to say."""
+    if result.document.nodes or result.document.title:
+        show_document(result.document, verbose)
+    tables = [path for path in result.files if path.suffix == ".csv"]
+    others = [path for path in result.files if path.suffix != ".csv"]
+    print_lines(*(f"table     {path}" for path in tables))
+    if others:
+        label = FILE_LABELS.get(others[0].suffix, "picture")
+        print_lines(f"{label:10s}{', '.join(map(str, others))}")
+    print_lines(*result.lines)
 
 
-def quantity(option: str, text: str | None, what: str, unit: str, example: str) -> float:
-    """Value in SI of a number with a unit, written as in a case file."""
-    from pydantic_core import PydanticCustomError
-
-    from hydrosim.files.units import Quantity
-
-    try:
-        return Quantity(what, unit, example).read(text)
-    except PydanticCustomError as error:
-        raise InputError(f"{option}: {error.message()}.") from None
-
-
-def seconds(option: str, text: str, otherwise: float) -> float:
-    """Time [s] of a number with a unit, or of a plain number in s; ``otherwise`` without a text."""
-    return quantity(option, text, "time", "s", "10 min") if text else otherwise
-
-
-def refuse_options(context: typer.Context, used: Iterable[str], why: str) -> None:
-    """Raises InputError if an option of the command is given that is not in ``used`` (names of
-    parameters). ``why`` ends the message."""
-    given = [
-        max(option.opts, key=len)
-        for option in context.command.params
-        if option.param_type_name == "option"
-        and option.name not in used
-        and getattr(context.get_parameter_source(str(option.name)), "name", "") == "COMMANDLINE"
-    ]
-    if given:
-        these = "this option" if len(given) == 1 else "these options"
-        raise InputError(f"{', '.join(given)}: not possible with {why}. Leave {these} out.")
-
-
-def names_in(text: str) -> list[str]:
-    """Names or patterns, separated by commas."""
-    return [name.strip() for name in text.split(",") if name.strip()]
-
-
-def window_of(start: str, end: str) -> tuple[float, float]:
-    """Times [s] of `From` and `To`, each of which may be left out. Raises InputError if the end is
-    not after the start."""
-    begin = seconds("--from", start, -inf)
-    close = seconds("--to", end, inf)
-    if begin > close:
-        raise InputError(
-            f"--to: found {close:g} s; expected a time after --from, which is {begin:g} s."
-        )
-    return begin, close
-
-
-def one_of(kind: type[Choice], name: str, option: str) -> Choice:
-    """Member of the enumeration ``kind`` with this ``name``. Raises InputError that names the
-    option."""
-    if name.strip() in set(kind):
-        return kind(name.strip())
-    raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")
+FILE_LABELS = {".nc": "result", ".yaml": "keys", ".yml": "keys"}
 
 
 # `--given KEY=VALUE`: data that a database's file lacks, and changes of the database.
-
-GivenSettings = Annotated[
-    list[str],
-    typer.Option(
-        "--given",
-        metavar="KEY=VALUE",
-        help="Data that the file lacks, or a change of the database; KEY as under"
-        ' `hydrodynamics` in a case: density="1.025 tonne/m^3", depth="30 m",'
-        " symmetrise=true.",
-    ),
-]
 
 
 def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
@@ -309,24 +169,59 @@ MISSING_VARIABLE = re.compile(
 """What xarray says of a variable that a dataset lacks."""
 
 
-def tells_absent_variables(command: Callable[..., Any]) -> Callable[..., Any]:
-    """A ``command`` that shows a result, and refuses one that lacks a variable it needs."""
+def reflow_help(function: Callable[..., Any]) -> str:
+    """Docstring of a command, each paragraph in one line."""
+    paragraphs = (function.__doc__ or "").split("\n\n")
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 
-    @wraps(command)
-    def show(**given: Any) -> Any:
+
+class Command(TyperCommand):
+    """A command that names its options in the messages of the functions which it calls, and refuses
+    a result that lacks a variable it needs."""
+
+    def invoke(self, context: Any) -> Any:
+        paths = [value for value in context.params.values() if isinstance(value, Path)]
         try:
-            return command(**given)
-        except (KeyError, AttributeError) as error:
-            absent = MISSING_VARIABLE.search(str(error))
-            if absent is None:
-                raise
-            path = next(value for value in given.values() if isinstance(value, Path))
-            from hydrosim.results.validation import CHANGED_FILE_HINT  # loads the models of cases
+            with tell_absent_variables(paths):
+                return super().invoke(context)
+        except InputError as error:
+            raise InputError(with_options(str(error), self.option_names())) from error
 
-            problem_text = f"found no variable {absent[1] or absent[2]}, which this page needs"
-            raise InputError(f"{path}: {problem_text}. {CHANGED_FILE_HINT}") from error
+    def option_names(self) -> dict[str, str]:
+        """Longest spelling of each option by the name of its parameter."""
+        options = [param for param in self.params if param.param_type_name == "option"]
+        return {str(option.name): max(option.opts, key=len) for option in options}
 
-    return show
+
+def with_options(message: str, options: Mapping[str, str]) -> str:
+    """A message whose first words, and words in backticks, name options as they are typed."""
+    first = NAMES_AT_START.match(message)
+    if first and all(name in options for name in first[1].split(", ")):
+        names = ", ".join(options[name] for name in first[1].split(", "))
+        message = f"{names}{message[first.end(1) :]}"
+    return NAME_IN_BACKTICKS.sub(lambda name: options.get(name[1], name[0]), message)
+
+
+NAMES_AT_START = re.compile(r"(\w+(?:, \w+)*): ")
+NAME_IN_BACKTICKS = re.compile(r"`(\w+)`")
+
+
+@contextmanager
+def tell_absent_variables(paths: Sequence[Path]) -> Iterator[None]:
+    """Raises InputError if the result at the first of the paths lacks a variable."""
+    try:
+        yield
+    except (KeyError, AttributeError) as error:
+        absent = MISSING_VARIABLE.search(str(error))
+        if absent is None or not paths:
+            raise
+        cause = error
+    else:
+        return
+    from hydrosim.results.validation import CHANGED_FILE_HINT  # loads the models of cases
+
+    problem_text = f"found no variable {absent[1] or absent[2]}, which this page needs"
+    raise InputError(f"{paths[0]}: {problem_text}. {CHANGED_FILE_HINT}") from cause
 
 
 # Progress of a command: a bar on a terminal, elsewhere a line now and then.
@@ -383,6 +278,13 @@ def progress(what: str, unit: str = "") -> Iterator[ProgressReport]:
     """Shows ``what`` is being done, and how far it is, as it is told in a ``unit``."""
     shown = _progress_bar if progress_console().is_terminal else _progress_lines
     with shown(what, unit) as report:
+        yield report
+
+
+@contextmanager
+def computing(what: str, unit: str = "") -> Iterator[ProgressReport]:
+    """`progress` of what may compile kernels."""
+    with announce_compiling(err), progress(what, unit) as report:
         yield report
 
 

@@ -473,9 +473,9 @@ def compare(
         names = ", ".join(column.name for column in recording.columns)
         recording.source.wrong(
             f"found no column that matches a channel of the run, among {names}; expected at least"
-            " one; assign columns to channels in a mapping (--mapping)"
+            " one; assign columns to channels in a mapping (`mapping`)"
         )
-    wanted = {name: places[name] for name in match_channels(places, only, "--channels")}
+    wanted = {name: places[name] for name in match_channels(places, only, "channels")}
     time = TimeColumn() if mapping is None else mapping.time
     align_at = (run, recording, wanted, time, between)
     overlap, pairs = align(*align_at)
@@ -510,7 +510,7 @@ def tolerances_by_channel(
 ) -> dict[str, float]:
     """Tolerance of each channel. ``tolerances`` are by channel or pattern; the last match applies.
     Raises InputError if one matches no channel."""
-    match_channels([*comparison.results, *comparison.zero], list(tolerances), "--tolerance")
+    match_channels([*comparison.results, *comparison.zero], list(tolerances), "tolerance")
     return {
         name: limit
         for pattern, limit in tolerances.items()

@@ -24,6 +24,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,23 @@ EXPORTED_ATTRIBUTES = (
     "case",
     "case_resolved",
 )
+SUFFIXES = (".nc", ".csv", ".mat", ".parquet")
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9]+")
+
+
+def check_suffix(output: Path) -> str:
+    """Suffix of a file to write. Raises InputError if it selects no format, or one that needs a
+    package which is not installed."""
+    if output.suffix not in SUFFIXES:
+        raise InputError(
+            f"output: found {output}; expected a name that ends in {', '.join(SUFFIXES)}."
+        )
+    if output.suffix == ".parquet" and find_spec("pyarrow") is None:
+        raise InputError(
+            f"output: {output} needs pyarrow, which is not installed:"
+            " pip install 'hydrosim[export]'; or choose .csv, .mat or .nc."
+        )
+    return output.suffix
 
 
 @dataclass(frozen=True)
@@ -88,12 +105,12 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
     if not inside.any():
         there = f"{time[0]:g} to {time[-1]:g} s" if time.size else "no time"
         raise InputError(
-            f"--from, --to: found {start:g} to {end:g} s, but the run has records for {there};"
+            f"start, end: found {start:g} to {end:g} s, but the run has records for {there};"
             " expected an interval that contains some."
         )
     recorded = [*columns_of(run), *columns_of(run, modes=True)]
     channels = dict.fromkeys([*recorded, *channel_names(run)]) if patterns else recorded
-    picked, run = match_channels(channels, patterns or ["*"], "--channels"), run.isel(time=inside)
+    picked, run = match_channels(channels, patterns or ["*"], "channels"), run.isel(time=inside)
     of = {name: select(RUN, run, name) for name in recorded if name in {*picked}}
     columns = [
         _export_column(run, name, *(of.get(name) or channel_series(run, name))) for name in picked

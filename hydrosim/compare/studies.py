@@ -139,7 +139,7 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> StudyComparison:
     if not tested:
         raise InputError(
             f"compare: found no recorded number that at least {MIN_RUNS} runs of each file have;"
-            " expected two files of `hydrosim sweep` with the same bodies and the same figures."
+            " expected two files of `hydrosim study` with the same bodies and the same figures."
         )
     sizes = ours.sizes[RUN], theirs.sizes[RUN]
     durations, codes = (f(ours, theirs, paired) for f in (durations_apart, codes_apart))

@@ -60,10 +60,26 @@ def check_trees(scene: Scene) -> Iterator[str]:
         turning = [r for r, m in zip(resistances, joint.motions, strict=False) if m.kind == SWIVEL]
         if any(r.stiffness or r.stops or r.friction for r in turning):
             yield f"joints.{name}.resistances: turns of a ball have damping alone; use a bushing"
+        for motion, acting in zip(joint.motions, resistances, strict=False):
+            friction = acting.friction
+            if friction and friction.kinetic_coefficient and not has_own_bearings(joint, motion):
+                yield (
+                    f"joints.{name}: found static_coefficient, a friction that grows with the load,"
+                    f" in {motion.name}; expected it in a hinge, a universal joint, or the slide of"
+                    " a slider, guide or cylindrical joint. Others share one load between motions:"
+                    " give a force or moment"
+                )
         if name in joint_tree.loops and any(
             r.acts or r.position or r.velocity for r in resistances
         ):
             yield f"joints.{name}: found forces or a start in a joint that closes a loop"
+
+
+def has_own_bearings(joint: Joint, motion: JointMotion) -> bool:
+    """Whether the load of a joint makes friction in this motion alone."""
+    if motion.kind == MotionKind.TURN:
+        return joint.type in (JointType.HINGE, JointType.UNIVERSAL)
+    return motion.kind == MotionKind.SLIDE and joint.type != JointType.PLANAR
 
 
 def tree_of(scene: Scene, own_dofs: np.ndarray, origins: np.ndarray) -> Tree:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compile.closed_joints import check_closed, check_joints
+from hydrosim.compile.closed_joints import check_closed, check_joints, describe_dropped
 from hydrosim.compile.drives import check_drives
 from hydrosim.compile.joints import check_trees
 from hydrosim.compile.restart import start_time
@@ -15,6 +15,7 @@ from hydrosim.elements import has_kind, signals_of, undefined_units
 from hydrosim.elements.contact.fender import check_contact
 from hydrosim.elements.contact.law import OPEN, STICK
 from hydrosim.elements.contact.laws import COULOMB
+from hydrosim.elements.joint.motions import JOINT_MOTION_KIND, STUCK
 from hydrosim.elements.kind import BODY_ROWS
 from hydrosim.elements.line.points import line_shapes
 from hydrosim.elements.link.kind import SPRING_KIND, link_kinematics
@@ -70,7 +71,7 @@ def check_scene(scene: Scene) -> None:
     }
     for name, element in scene.forces.items():
         if not has_kind(element):
-            hint = "; wrap a function as hydrosim.External(BODY, FUNCTION)"
+            hint = "; wrap a function as hydrosim.UserForce(BODY, FUNCTION)"
             text = f"found {type(element).__name__}; expected a force element of hydrosim"
             problems[f"forces.{name}: {text}{hint if callable(element) else ''}"] = True
             continue
@@ -119,6 +120,7 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
         check_closed(scene, model, state)
         _check_breaks(scene, model, state)
     _check_rigid_friction(scene, model, state)
+    _check_load_friction(scene, model, state)
     _check_springs(scene, model, state)
     _check_lines(scene, model, state)
     for name, reason in undefined_units(model, scene, state.modes):
@@ -136,7 +138,7 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
     rows = find_constraint_rows(model, state.y, held)
     if not rows.size:  # no point can move along its plane
         return
-    rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
+    rank = _row_rank(rows)
     if rank < len(rows):
         rows_of = set(fenders.points["row"][rigid] - len(BODY_ROWS))
         names = ", ".join(name for i, name in enumerate(scene.forces) if i in rows_of)
@@ -145,6 +147,36 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
             f" points, but the bodies can move in only {rank} of them. Then the shares of the"
             " points are not defined; expected fewer points, or law: stick_slip with a large"
             " stiffness."
+        )
+
+
+def _row_rank(rows: np.ndarray) -> int:
+    scaled = rows / np.maximum(np.abs(rows).max(axis=0), 1e-12)
+    return int(np.linalg.matrix_rank(scaled, tol=1e-9))
+
+
+def _check_load_friction(scene: Scene, model: Model, state: State) -> None:
+    """Refuse friction that grows with the load of joints whose loads, or whose friction at rest,
+    are not determined."""
+    p = model.elements.joint_motions
+    if not p.loaded.size:
+        return
+    motions = JOINT_MOTION_KIND.unit_names(scene)
+    rubs = p.each["static"] >= 0.0
+    held = state.modes.copy()
+    held[p.mode :][: rubs.size, MODE][rubs] = STUCK
+    rows = find_constraint_rows(model, state.y, held)
+    shared = list(describe_dropped(scene, model, state))
+    if shared or _row_rank(rows) < len(rows):
+        reason = "other joints or drives hold a part of what joints in a loop hold"
+        if not shared:
+            names = ", ".join(motions[i] for i in np.flatnonzero(rubs))
+            reason = f"at rest friction holds more motions ({names}) than can move"
+        raise InputError(
+            f"joints: found friction that grows with the load in {motions[p.loaded[0]]}, while"
+            f" {reason}, so that its shares are not defined; expected loads that are determined."
+            " Let joints of the loop leave more free (ball, cylindrical), leave friction to one of"
+            " its motions, or give a force or moment."
         )
 
 
@@ -160,7 +192,8 @@ def _check_lines(scene: Scene, model: Model, state: State) -> None:
                 f"forces.{line.name}.segments: found {line.length:g} m in all, while its ends are"
                 f" {line.distance:.5g} m apart at the start, where it would have to stretch by"
                 f" {line.strain:.0%}; expected less than {STRAINED:.0%}. Make it longer, bring its"
-                " ends closer together, or check its stiffness EA."
+                " ends closer together, or check its stiffness EA. A curve of stiffness may hold"
+                " more."
             )
 
 

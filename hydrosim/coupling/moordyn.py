@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.elements.external import BodyState, Coupling, External
+from hydrosim.elements.external import BodyState, Coupling, UserForce
 from hydrosim.errors import InputError
 
 USUAL_STEP = 1e-3  # s, of MoorDyn where its file gives none
@@ -31,8 +31,8 @@ def moordyn(
     file: str | Path,
     body: str | Mapping[int, str],
     coupling: Coupling | str = Coupling.EXTRAPOLATED,
-) -> External:
-    """Lines of a MoorDyn input ``file`` as an `External`, for ``forces`` of `simulate` or
+) -> UserForce:
+    """Lines of a MoorDyn input ``file`` as an `UserForce`, for ``forces`` of `simulate` or
     `Simulation`.
 
     Every coupled point of the file is fixed to ``body``, or to the body that a mapping has for its
@@ -47,7 +47,7 @@ def moordyn(
         )
     lines = MoorDyn(Path(file), body)
     first, *others = lines.bodies
-    return External(first, lines, coupling, also=tuple(others))
+    return UserForce(first, lines, coupling, also=tuple(others))
 
 
 class MoorDyn:

@@ -151,7 +151,7 @@ class Simulation:
             raise InputError(
                 f"forces.{', '.join(once)}: the function is called once per step and may remember,"
                 " so a checkpoint is not enough to go on. Give it methods get_state and set_state,"
-                " or say External(..., repeatable=True) if it depends on its arguments alone."
+                " or say UserForce(..., repeatable=True) if it depends on its arguments alone."
             )
         output = as_output(path, "checkpoint")
         CheckpointWriter(Checkpoint(output), course.compiled, course.run).write()

@@ -37,7 +37,7 @@ from hydrosim.elements import kind as kinds
 from hydrosim.elements.contact import fender, landing
 from hydrosim.elements.contact import kind as contact_points
 from hydrosim.elements.drive import Drive
-from hydrosim.elements.external import External
+from hydrosim.elements.external import UserForce
 from hydrosim.elements.joint import locks, motions
 from hydrosim.elements.kind import (
     CanFail,
@@ -510,21 +510,21 @@ def function_errors(
 ) -> Iterator[tuple[str, BaseException]]:
     """Names of the external forces whose function has failed, each with its error."""
     for name, element in elements.items():
-        if isinstance(element, External) and element.error is not None:
+        if isinstance(element, UserForce) and element.error is not None:
             yield name, element.error
 
 
-def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, External]:
+def externals_of(elements: Mapping[str, ForceElement]) -> dict[str, UserForce]:
     """The external forces among ``elements``."""
-    return {name: e for name, e in elements.items() if isinstance(e, External)}
+    return {name: e for name, e in elements.items() if isinstance(e, UserForce)}
 
 
 def with_own_functions(elements: Mapping[str, ForceElement]) -> dict[str, ForceElement]:
     """The elements with copies of their external forces, for one run: so runs that use the same
-    `External` share no errors."""
+    `UserForce` share no errors."""
     owner = object()
     return {
-        name: e.copied_for(owner) if isinstance(e, External) else e for name, e in elements.items()
+        name: e.copied_for(owner) if isinstance(e, UserForce) else e for name, e in elements.items()
     }
 
 

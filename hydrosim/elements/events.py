@@ -15,7 +15,7 @@ from hydrosim.elements import kind as kinds
 from hydrosim.elements.contact import fender, group, landing, transitions
 from hydrosim.elements.contact.kind import add_tallies
 from hydrosim.elements.contact.laws import COULOMB
-from hydrosim.elements.joint import locks, motions
+from hydrosim.elements.joint import load_friction, locks, motions
 from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.link import table as links
 from hydrosim.jit.kernels import kernel, root, root_giving
@@ -60,7 +60,10 @@ def output_shapes(elements: Any) -> dict[str, tuple[int, int]]:
         "guide": (elements.guides.pins.size, landing.GUIDE_OUTPUTS),
         "winch": (elements.winches.each.size, winch.WINCH_OUTPUTS),
         "joint": (elements.locks.joints, 6),
-        "joint_motion": (elements.joint_motions.each.size, motions.JOINT_MOTION_OUTPUTS),
+        "joint_motion": (
+            elements.joint_motions.each.size,
+            motions.output_count(elements.joint_motions),
+        ),
         "external": (elements.externals.delayed, external.EXTERNAL_OUTPUTS),
         "drive": (elements.drives.each.size, drive.DRIVE_OUTPUTS),
     }
@@ -221,7 +224,7 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
         locks.transition(i, which, y, modes, motion, bodies, elements.locks)
     elif kind == kinds.JOINT_MOTION_ROW:
         motions.transition(i, which, y, modes, bodies, reactions, elements.joint_motions)
-    elif trigger.transition(i, which, t, y, modes, motion, bodies, elements, tanks):
+    elif trigger.transition(i, which, t, y, modes, elements.triggers):
         switch_units(i, t, y, modes, motion, bodies, elements, tanks)
 
 
@@ -504,6 +507,19 @@ def add_reactions(y, modes, motion, bodies, elements, constraints, holds, wrench
         motions.add_reactions(modes, motion, bodies, p, constraints, holds, wrench)
     if elements.drives.each.size > 0:
         drive.add_reactions(motion, bodies, elements.drives, constraints, holds, wrench)
+
+
+@kernel
+def has_load_friction(elements):
+    """True if friction in any joint grows with its load."""
+    return elements.joint_motions.loaded.size > 0
+
+
+@kernel
+def add_friction_power(y, modes, bodies, elements, holds, rates):
+    """Add the power that such friction takes to the ``rates`` of the integrals of losses."""
+    if has_load_friction(elements):
+        load_friction.add_power(y, modes, bodies, elements.joint_motions, holds, rates)
 
 
 @kernel

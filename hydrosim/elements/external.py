@@ -200,7 +200,7 @@ class Caller:
         if self._has_called and last is not None and last._owner is not self._owner:
             raise ValueError(
                 "another run has called the same function since, and it may remember; give each run"
-                " an object of its own, or say External(..., repeatable=True) if it depends on its"
+                " an object of its own, or say UserForce(..., repeatable=True) if it depends on its"
                 " arguments alone"
             )
         self._has_called = True
@@ -254,7 +254,7 @@ def _is_point(value: object) -> bool:
 
 
 @dataclass(frozen=True)
-class External(ForceElement):
+class UserForce(ForceElement):
     """A force that a function gives: ``function(t, state)`` returns a wrench (6,) [N, N m] on
     ``body``, in the earth frame about its centre of gravity, or about ``point`` [m] of the body
     frame. ``state`` has the `BodyState` of every body by name. With the names of other bodies in
@@ -343,7 +343,7 @@ class External(ForceElement):
         self._callers[key].error = None
         return self._callers[key]
 
-    def copied_for(self, owner: object) -> External:
+    def copied_for(self, owner: object) -> UserForce:
         """The same force for one run, with errors of its own. ``owner`` is an object of the
         run."""
         copied = replace(self)
@@ -420,7 +420,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ex
     members: list[int] = []
     state = 0
     for name, e in elements.items():
-        if not isinstance(e, External):
+        if not isinstance(e, UserForce):
             continue
         bodies = [layout.body[body] for body in (e.body, *e.also)]
         way = Way[Coupling(e.coupling).name]
@@ -653,7 +653,7 @@ class ExternalKind(ElementKind):
 
     def states(self, p: ExternalConstants, scene: Scene) -> Iterator[StateBlocks]:
         for name, e in scene.forces.items():
-            if isinstance(e, External) and e.delayed:
+            if isinstance(e, UserForce) and e.delayed:
                 bodies = (e.body, *e.also)
                 components = [
                     f"{what} {d} on {body}" for what in VECTORS for body in bodies for d in DOFS
@@ -666,7 +666,7 @@ class ExternalKind(ElementKind):
         return {"external_calls": (along, calls), "external_delay_energy": (along, energy)}
 
 
-EXTERNAL_KIND = ExternalKind("externals", (External,), compile_elements)
+EXTERNAL_KIND = ExternalKind("externals", (UserForce,), compile_elements)
 
 
 def extrapolation_overshoots(p: ExternalConstants, y: np.ndarray) -> Iterator[tuple[int, float]]:

@@ -157,10 +157,9 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, out):
 
 
 @root_giving(bool)
-def transition(j, which, t, y, modes, motion, bodies, elements, tanks):
+def transition(j, which, t, y, modes, p):
     """Update trigger ``j`` after one of its margins has reached zero; true if it switches its
     units."""
-    p = elements.triggers
     mode = modes[p.mode + j]
     trigger = p.each[j]
     condition = trigger.start if mode[MODE] == BEFORE else trigger.end

@@ -397,6 +397,8 @@ Angles = Annotated[tuple[Angle, ...], RISING]
 NormalForces = Annotated[
     tuple[Force, ...], NOT_FALLING, pydantic.AfterValidator(require_start_at_zero)
 ]
+Stretches = Annotated[tuple[Factor, ...], RISING, pydantic.AfterValidator(require_start_at_zero)]
+RisingForces = Annotated[tuple[Force, ...], RISING, pydantic.AfterValidator(require_start_at_zero)]
 
 
 # Keys of a mesh file: transformation of its coordinates to the database's frame.

@@ -41,6 +41,7 @@ from hydrosim.elements.hydrostatics import (
     add_weight,
     add_weight_energy,
 )
+from hydrosim.elements.joint import load_friction
 from hydrosim.elements.joint.rows import Holds, new_holds
 from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.draught_interpolation import (
@@ -61,6 +62,7 @@ from hydrosim.multibody.constraints import (
     eliminate,
     find_forces,
     new_constraints,
+    reduce_load,
     restore_pivots,
     solve_for_pivots,
 )
@@ -97,7 +99,7 @@ from hydrosim.multibody.mass import (
     new_contents,
     new_turning,
 )
-from hydrosim.multibody.tree import fill_rates
+from hydrosim.multibody.tree import fill_rates, push_joint, sum_joint_loads
 from hydrosim.multibody.vectors import cross, matvec, vector
 from hydrosim.tanks import contents, flows
 from hydrosim.tanks.contents import Tanks
@@ -163,6 +165,7 @@ class Work(NamedTuple):
     turning: Turning
     constraints: Constraints
     holds: Holds
+    friction: load_friction.LoadFrictionScratch
     sums: Sums  # of `following_loads`
     block: SlowBlock  # of `slow_loads`
     met: np.ndarray  # (nb,), yaw at which waves meet each body
@@ -202,6 +205,14 @@ def new_work(model: Model) -> Work:
             rows,
             events.joint_count(model.elements),
             events.drive_count(model.elements),
+        ),
+        load_friction.new_load_friction(
+            model.elements.joint_motions.loaded.size,
+            model.bodies.each.size,
+            model.elements.locks.joints,
+            model.rows,
+            n,
+            rows,
         ),
         new_sums(model.following),
         new_block(model.following),
@@ -286,7 +297,9 @@ def rhs(t, y, modes, history, model, work, dy):
         accelerate_freely(
             model.inertia, model.bodies, motion, work.total, work.turning, acceleration
         )
-    events.add_drive_power(y, model.bodies, model.elements, work.holds, dy[model.energy :])
+    energies = dy[model.energy :]
+    events.add_drive_power(y, model.bodies, model.elements, work.holds, energies)
+    events.add_friction_power(y, modes, model.bodies, model.elements, work.holds, energies)
     if model.impulse < model.size:
         add_impulses(t, y, modes, model, work, dy[model.impulse :])
 
@@ -343,11 +356,78 @@ def accelerate(y, modes, model, work, x):
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
+    if events.has_load_friction(model.elements):
+        accelerate_with_friction(y, modes, model, work, x)
+        return
     add_constraints(y, modes, model, work)
     solve_held(work.inertia, constraints, x)
     events.add_reactions(
         y, modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
     )
+
+
+@root
+def accelerate_with_friction(y, modes, model, work, x):
+    """`accelerate` with friction by load, which is no part of the forces ``x`` (n,). It is found
+    from the solution without it, and those of a unit force in each motion that slides."""
+    constraints = work.constraints
+    motion = work.motion
+    bodies = model.bodies
+    friction = work.friction
+    p = model.elements.joint_motions
+    assign(friction.total, work.total)  # scratch of constraints
+    add_constraints(y, modes, model, work)
+    load_friction.find_directions(modes, p, friction)
+    solve_held(work.inertia, constraints, x)
+    assign(friction.rates[0], x)
+    assign(friction.forces[0], constraints.force)
+    _find_bearing_loads(0, y, modes, model, work)
+    clear(constraints.bound)
+    for k in range(1, 1 + p.loaded.size):
+        if friction.direction[k - 1] != 0.0:
+            rates = friction.rates[k]
+            clear(rates)
+            rates[p.each[p.loaded[k - 1]].coordinate] = 1.0
+            reduce_load(constraints, rates)
+            cholesky_solve(work.inertia, rates)
+            find_forces(constraints, rates)
+            restore_pivots(constraints, rates)
+            assign(friction.forces[k], constraints.force)
+            _find_bearing_loads(k, y, modes, model, work)
+    load_friction.find_friction(p, friction)
+    load_friction.add_solutions(modes, p, friction, x, constraints.force)
+    wrench = work.wrench
+    holds = work.holds
+    events.add_reactions(y, modes, motion, bodies, model.elements, constraints, holds, wrench)
+    load_friction.add_friction(modes, motion, bodies, p, friction, holds, wrench)
+
+
+@root
+def _find_bearing_loads(k, y, modes, model, work):
+    """Loads of bearings in solution ``k``, from (M + A) v' less its forces and the reactions that
+    ``work.constraints`` hold. ``work.mass`` is (M + A) S."""
+    friction = work.friction
+    wrench = friction.wrench
+    missing = friction.missing
+    bodies = model.bodies
+    motion = work.motion
+    p = model.elements.joint_motions
+    clear(wrench.reshape(wrench.size))
+    events.add_reactions(
+        y, modes, motion, bodies, model.elements, work.constraints, work.holds, wrench
+    )
+    if k > 0:
+        unit = p.each[p.loaded[k - 1]]
+        push_joint(unit.move, unit.axis, 1.0, bodies, motion, wrench[0])
+    total_force(wrench, missing)
+    for i in range(missing.size):
+        missing[i] = -missing[i]
+        if k == 0:
+            missing[i] -= friction.total[i]
+        for j in range(friction.rates.shape[1]):
+            missing[i] += work.mass[i, j] * friction.rates[k, j]
+    sum_joint_loads(missing, bodies, motion, friction.joint)
+    load_friction.find_bearing_loads(k, y, motion, bodies, p, friction)
 
 
 @kernel

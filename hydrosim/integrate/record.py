@@ -32,38 +32,18 @@ from hydrosim.integrate.step import keep_reactions
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.multibody.heading import add_turning
 from hydrosim.multibody.kinematics import accelerations
-from hydrosim.multibody.tree import NO_BODY, arm_to_joint, record_angles
-from hydrosim.multibody.vectors import add, cross, sub, vector
+from hydrosim.multibody.tree import record_angles, sum_joint_loads
 from hydrosim.water.loads import any_waves, wave_loads
 from hydrosim.water.wind import gust_at, has_gusts
 
 
 @root
 def find_joint_loads(x, model, work, out):
-    """Write force and moment (6,) about the joint of each branch k to ``out`` from 6 k on: on the
+    """Write force and moment (6,) about each joint k of trees to ``out`` from 6 k on: on the
     joint's body, in the earth frame. ``x`` (n,) are the accelerations that `rhs` has just found in
     ``work``."""
-    bodies = model.bodies
-    motion = work.motion
-    tree = bodies.tree
-    force = work.total
-    _find_missing(x, model, work, force)
-    for j in range(tree.branches.size):
-        k = tree.branches.size - 1 - j
-        branch = tree.branches[k]
-        c = 6 * branch.child
-        F = vector(force, c)
-        moment = sub(vector(force, c + 3), cross(arm_to_joint(k, 0, bodies, motion), F))
-        sign = -1.0 if branch.reversed else 1.0
-        for i in range(3):
-            out[6 * branch.joint + i] = sign * F[i]
-            out[6 * branch.joint + 3 + i] = sign * moment[i]
-        if branch.parent != NO_BODY:
-            p = 6 * branch.parent
-            onward = add(moment, cross(arm_to_joint(k, 1, bodies, motion), F))
-            for i in range(3):
-                force[p + i] += F[i]
-                force[p + 3 + i] += onward[i]
+    _find_missing(x, model, work, work.total)
+    sum_joint_loads(work.total, model.bodies, work.motion, out)
 
 
 @kernel

@@ -6,6 +6,7 @@ again in every process.
 
 from __future__ import annotations
 
+from hydrosim.elements.events import has_load_friction
 from hydrosim.integrate import methods
 from hydrosim.integrate.dynamics import fill_jacobian, may_hold, rhs
 from hydrosim.integrate.state import (
@@ -75,8 +76,9 @@ def keep_reactions(which, run):
 
 @kernel
 def is_held(run):
-    """True if anything is held now; otherwise all reactions are zero."""
-    return run.work.constraints.number[0] > 0
+    """True if anything is held now, or friction grows with loads; otherwise all reactions are
+    zero."""
+    return run.work.constraints.number[0] > 0 or has_load_friction(run.model.elements)
 
 
 @kernel

@@ -113,19 +113,29 @@ def eliminate(p, H, Q):
             Q[i] -= held * p.bound[k]
             for j in range(n):
                 H[i, j] -= held * p.J[k, j]
+    reduce_load(p, Q)
     for k in range(p.number[0]):
         if p.pivot[k] == DROPPED:
             continue
-        p.load[k] = Q[p.pivot[k]]
         for j in range(n):
             p.inertia[k, j] = H[p.pivot[k], j]
         for i in range(n):
-            Q[i] -= p.J[k, i] * p.load[k]
             for j in range(n):
                 H[i, j] -= p.J[k, i] * p.inertia[k, j]
     for k in range(p.number[0]):
         if p.pivot[k] != DROPPED:
             H[p.pivot[k], p.pivot[k]] = 1.0
+
+
+@kernel
+def reduce_load(p, Q):
+    """Turn ``Q`` (n,) into T^T Q, and keep what its pivots had."""
+    for k in range(p.number[0]):
+        if p.pivot[k] == DROPPED:
+            continue
+        p.load[k] = Q[p.pivot[k]]
+        for i in range(Q.size):
+            Q[i] -= p.J[k, i] * p.load[k]
 
 
 @kernel

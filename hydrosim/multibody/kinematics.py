@@ -40,6 +40,7 @@ from hydrosim.multibody.tree import (
     new_tree_scratch,
 )
 from hydrosim.multibody.vectors import add, cross, matvec, vector
+from hydrosim.scene.force import MAX_CURVE_POINTS
 
 LARGEST_TILT = 1.48  # rad (85 deg): beyond it the rates of angles lose their meaning
 
@@ -68,8 +69,15 @@ class Bodies(NamedTuple):
     tree: Tree = NO_TREE
 
 
-LINE_PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
-"""A piece of a line, see `hydrosim.elements.line`."""
+MAX_CORNERS = MAX_CURVE_POINTS - 2
+LINE_PIECE = np.dtype(
+    [
+        *((name, float) for name in ("length", "weight", "stiffness", "hung")),
+        *(("corners", int), ("limit", float)),
+        *((name, float, MAX_CORNERS) for name in ("corner", "tangent", "offset", "energy")),
+    ]
+)
+"""A piece of a line, see `hydrosim.elements.line.hang`."""
 
 
 class Motion(NamedTuple):

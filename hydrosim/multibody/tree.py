@@ -599,8 +599,8 @@ def _power(column, F, k):
 
 @root
 def add_inertia(bodies, motion, M, H):
-    """H = S^T M S (n, n) for M (6 nb, 6 nb), which is overwritten. Most entries of M are zero, and
-    so are those of S where trees are wide."""
+    """H = S^T M S (n, n) for M (6 nb, 6 nb), whose first n columns become M S. Most entries of M
+    are zero, and so are those of S where trees are wide."""
     S = motion.growth.S
     if bodies.exact:
         _fill_slopes(bodies, motion)
@@ -726,6 +726,30 @@ def arm_to_joint(k, side, bodies, motion):
     b = branch.child if side == 0 else branch.parent
     centre = add(vector(bodies.each[b].origin, 0), vector(motion.coordinates, 6 * b))
     return sub(vector(motion.growth.place[k], 0), centre)
+
+
+@root
+def sum_joint_loads(missing, bodies, motion, out):
+    """Write force and moment (6,) about each joint k of trees to ``out`` from 6 k on: on the
+    joint's body, in the earth frame. They are the sums of the wrenches ``missing`` (6 nb,) of all
+    bodies that the joint carries; ``missing`` is overwritten."""
+    tree = bodies.tree
+    for j in range(tree.branches.size):
+        k = tree.branches.size - 1 - j
+        branch = tree.branches[k]
+        c = 6 * branch.child
+        F = vector(missing, c)
+        moment = sub(vector(missing, c + 3), cross(arm_to_joint(k, 0, bodies, motion), F))
+        sign = -1.0 if branch.reversed else 1.0
+        for i in range(3):
+            out[6 * branch.joint + i] = sign * F[i]
+            out[6 * branch.joint + 3 + i] = sign * moment[i]
+        if branch.parent != NO_BODY:
+            p = 6 * branch.parent
+            onward = add(moment, cross(arm_to_joint(k, 1, bodies, motion), F))
+            for i in range(3):
+                missing[p + i] += F[i]
+                missing[p + 3 + i] += onward[i]
 
 
 @kernel

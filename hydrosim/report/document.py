@@ -164,7 +164,7 @@ RESULT_KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], D
     (comparison.is_of_studies, comparison.studies_document),
 )
 """Kinds of results besides runs."""
-EXPECTED_RESULTS = "expected the result of `hydrosim run`, `sweep`, `operability` or `compare`"
+EXPECTED_RESULTS = "expected the result of `hydrosim run`, `study` or `compare`"
 
 
 def report_of(path: Path) -> Document:
@@ -173,6 +173,16 @@ def report_of(path: Path) -> Document:
     these."""
     other = _result_document(path)
     return run_document(read_run(path, EXPECTED_RESULTS)) if other is None else other
+
+
+def document_of(dataset: xr.Dataset, replay: bool = False) -> Document:
+    """Document that presents a result in memory, or the replay of a run alone."""
+    if replay:
+        return replay_document(dataset)
+    for is_kind, make_document in RESULT_KINDS:
+        if is_kind(dataset):
+            return make_document(dataset)
+    return run_document(dataset)
 
 
 def replay_of(path: Path) -> Document:
@@ -194,8 +204,7 @@ def _result_document(path: Path) -> Document | None:
     except (OSError, ValueError, RuntimeError):
         return None
     with dataset:
-        for is_one, made in RESULT_KINDS:
-            if is_one(dataset):
-                check_result(path, dataset)
-                return made(dataset)
+        if any(is_kind(dataset) for is_kind, _ in RESULT_KINDS):
+            check_result(path, dataset)
+            return document_of(dataset)
     return None

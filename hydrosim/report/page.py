@@ -199,7 +199,8 @@ def written_page(document: Document, output: Output) -> int:
     if len(page) > MAX_PAGE_BYTES:
         size_text = f"{len(page) / 1e6:.1f} MB; expected at most {MAX_PAGE_BYTES / 1e6:g} MB"
         raise InputError(
-            f"{output.path}: the page would have {size_text}. hydrosim plot draws pictures instead."
+            f"{output.path}: the page would have {size_text}. hydrosim show --plot draws pictures"
+            " instead."
         )
     with output.write_complete() as path:
         path.write_bytes(page)

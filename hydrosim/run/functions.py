@@ -92,7 +92,7 @@ def restore_functions(
             raise InputError(
                 f"forces.{name}: its function is called once per step and may remember, but"
                 f" {source} does not hold what. Give it methods get_state and set_state, or say"
-                " External(..., repeatable=True) if it depends on its arguments alone."
+                " UserForce(..., repeatable=True) if it depends on its arguments alone."
             )
         if name not in states:
             raise InputError(
@@ -122,7 +122,7 @@ def resume_functions(compiled: Compiled) -> Compiled:
     missing = [name for name in before if name not in scene.forces]
     texts = [
         f"initial.run: the function {name} gave a force in that run; here it gives none. Run the"
-        f" case from Python with forces={{'{name}': hydrosim.External(...)}} to go on with it."
+        f" case from Python with forces={{'{name}': hydrosim.UserForce(...)}} to go on with it."
         for name in missing
     ]
     return replace(compiled, notes=compiled.notes.with_warnings(texts))

@@ -18,6 +18,7 @@ from hydrosim.compile.questions.elements import SOFTEST
 from hydrosim.dofs import loads_about_z
 from hydrosim.elements.contact.law import OPEN
 from hydrosim.elements.joint.locks import CLOSED, WAITING
+from hydrosim.elements.line.catenary import Catenary
 from hydrosim.results.memory import frames_of
 from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question, Scene
 from hydrosim.scene.contacts import Contact, Landing, PrescribedNormal
@@ -65,6 +66,7 @@ def validity_warnings(compiled: Compiled, run: xr.Dataset) -> Iterator[str]:
         return
     if Question.SOFTNESS not in scene.accept:
         yield from _compression_warnings(scene, run)
+    yield from _stretch_warnings(scene, run)
     yield from _missed_seat_warnings(compiled, run)
     yield from _missed_window_warnings(compiled, run)
     if not exact:
@@ -91,6 +93,21 @@ def _compression_warnings(scene: Scene, run: xr.Dataset) -> Iterator[str]:
                 f" {run.time.values[at]:.4g} s; usual is up to {SOFTEST:g} m. Check"
                 f" forces.{name}.normal and its unit. If this is intended, accept:"
                 f" [{Question.SOFTNESS}]."
+            )
+
+
+def _stretch_warnings(scene: Scene, run: xr.Dataset) -> Iterator[str]:
+    """Warn of lines whose tension was beyond the end of a curve."""
+    for name, line in scene.forces.items():
+        if not isinstance(line, Catenary) or not line.curves:
+            continue
+        end = min(float(tension[-1]) for _, tension in line.curves.values())
+        channels = ("line_tension", "line_anchor_tension")
+        largest = max(float(run[channel].sel(line=name).max()) for channel in channels)
+        if largest > end:
+            yield (
+                f"forces.{name}: its tension was up to {largest:.4g} N, and the curve of its"
+                f" stiffness ends at {end:.4g} N. The last slope went on."
             )
 
 

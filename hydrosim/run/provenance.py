@@ -112,15 +112,15 @@ def _select_run(result: xr.Dataset, number: int | None) -> xr.Dataset:
     if RUN_DIM not in result.dims:
         if number is not None:
             raise InputError(
-                f"--run: found {number}, but the file holds one run, so there is nothing to"
-                " choose; expected no --run. Leave the option out."
+                f"`number`: found {number}, but the file holds one run, so there is nothing to"
+                " choose; expected no `number`. Leave it out."
             )
         return result
     last = result.sizes[RUN_DIM] - 1
     if number is None or not 0 <= number <= last:
         found_text = "no option, but the file holds many runs" if number is None else f"{number}"
         raise InputError(
-            f"--run: found {found_text}; expected the number of one run, from 0 to {last}."
+            f"`number`: found {found_text}; expected the number of one run, from 0 to {last}."
         )
     run = result.isel({RUN_DIM: number})
     texts = {

@@ -325,6 +325,75 @@ class ForceElement(SchemaClass):
         return name
 
 
+# `breaks_at`: the tension or the time at which a line parts.
+
+
+class Break(SchemaModel):
+    """The tension or the time at which a line parts."""
+
+    tension: of.ReferenceForce | None = None
+    """Tension at which the line parts."""
+    time: of.Instant | None = None
+    """Time at which the line parts."""
+
+    @model_validator(mode="after")
+    def _check_one(self) -> Self:
+        given = self.keys_with_value("tension", "time")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "an empty mapping", "either tension or time")
+        return self
+
+
+def _break_form(value: object) -> str:
+    return "mapping" if isinstance(value, dict | Break) else "tension"
+
+
+BreaksAt = Annotated[
+    Annotated[of.ReferenceForce, Tag("tension")] | Annotated[Break, Tag("mapping")],
+    Discriminator(_break_form),
+]
+
+
+def until_it_breaks(
+    active: Active | None, breaks_at: Any, channel: str, where: BuildContext
+) -> Active | None:
+    """The time in which a line acts that breaks at a tension, which a ``channel`` has, or at a
+    time."""
+    if breaks_at is None:
+        return active
+    time = breaks_at.time if isinstance(breaks_at, Break) else None
+    tension = breaks_at.tension if isinstance(breaks_at, Break) else breaks_at
+    watched = f"{channel}.{where.key.removeprefix('forces.')}"
+    parts = When(time) if time is not None else When(0.0, watched, above=tension)
+    return replace(active, until=parts) if active else Active(until=parts)
+
+
+@schema_class
+class BreakingElement(ForceElement):
+    """A line that may part: the end of its action, located as an event."""
+
+    tension_channel: ClassVar[str] = ""
+    """Channel with the tension of the line."""
+    breaks_at: BreaksAt | None = field(default=None, kw_only=True)
+    """Tension at which the line parts, or a mapping with tension or time. Energy that it held is
+    lost. Example: 8 MN."""
+
+    @model_validator(mode="after")
+    def _check_end(self) -> Self:
+        if self.breaks_at is not None and self.active and self.active.until is not None:
+            expected = "one of them: both end the action of the line"
+            raise problem("breaks_at and active.until", expected)
+        return self
+
+    def build_active(self, where: BuildContext) -> ForceElement:
+        built = super(BreakingElement, replace(self, breaks_at=None)).build_active(where)
+        active = until_it_breaks(built.active, self.breaks_at, self.tension_channel, where)
+        return replace(built, active=active)
+
+    def is_written(self) -> bool:
+        return self.breaks_at is not None or super().is_written()
+
+
 @schema_class
 class LimitedElement(ForceElement):
     """Base of elements with a ``capacity`` [N], the allowable force of each. Forces are compared
@@ -355,6 +424,7 @@ CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
 """Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter
 [N/m^2]."""
 STRONGEST = 0.0320  # C of grade R5
+MAX_CURVE_POINTS = 32  # of a curve of tension over stretch
 
 
 def strongest_breaking_load(diameter: float) -> float:

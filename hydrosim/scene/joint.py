@@ -103,10 +103,19 @@ class Stops:
 
 @dataclass(frozen=True)
 class JointFriction:
-    """Dry friction of a joint motion [N or N m]: largest while it rests, and while it moves."""
+    """Dry friction of a joint motion [N or N m]: largest while it rests, and while it moves.
 
-    static: float
-    kinetic: float
+    To ``static`` and ``kinetic``, which are given, both coefficients times the load of the bearings
+    are added: of a pin of this ``radius`` [m], or a slide with 1, in two bearings at this distance
+    [m] along its axis, and a collar of ``collar_radius`` [m] for the force along the axis."""
+
+    static: float = 0.0
+    kinetic: float = 0.0
+    static_coefficient: float = 0.0
+    kinetic_coefficient: float = 0.0
+    radius: float = 1.0
+    collar_radius: float = 0.0
+    bearing_distance: float = inf
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from math import inf
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, StrictBool, StrictStr, model_validator
@@ -17,20 +17,29 @@ from hydrosim.dofs import mirrored_vector
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
-from hydrosim.files.schema_class import SchemaClass, schema_class
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import CoordinateQuantity, CoordinateValue, problem
-from hydrosim.scene.force import BuildContext, ForceElement, LimitedElement, Turns
+from hydrosim.scene.force import BreakingElement, BuildContext, ForceElement, Turns
 from hydrosim.scene.joint import Joint, MotionKind
-from hydrosim.scene.signal import Signal, Table, largest_corner
+from hydrosim.scene.signal import (
+    LengthOverTime,
+    RecordedColumns,
+    Signal,
+    Table,
+    largest_corner,
+    length_signal,
+)
 
 
-class TwoPointElement(LimitedElement):
+class TwoPointElement(ForceElement):
     """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
-    of ``anchor_body``: their dataclasses have these fields."""
+    of ``anchor_body``, with a ``capacity`` [N], the allowable force, or None: their dataclasses
+    have these fields."""
 
     point: tuple[float, ...]
     anchor: tuple[float, ...]
     anchor_body: str | None
+    capacity: float | None
 
     def restored_dofs(self) -> Collection[str]:
         return ("surge", "sway", "yaw") if self.anchor_body is None else ()
@@ -70,19 +79,96 @@ class Link(ForceElement):
 # Lines that pull only.
 
 
-@dataclass(frozen=True)
-class Spring(TwoPointElement, Link):
-    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
-    ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
-    ``length`` [m] without load, which may be a signal over time; ``damping`` [N s/m]."""
+@schema_class
+class TensionCurve(SchemaClass):
+    """Tension of a spring over its extension."""
 
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    length: Signal | float
-    extension: np.ndarray
-    tension: np.ndarray
-    damping: float = 0.0
-    anchor_body: str | None = None
+    extension: of.Extensions
+    """Extensions that rise."""
+    tension: of.NormalForces
+    """Tension at each extension."""
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        if len(self.extension) != len(self.tension):
+            found_text = (
+                f"{len(self.extension)} values in extension and {len(self.tension)} in tension"
+            )
+            raise problem(found_text, "a tension for each extension")
+        if not self.tension[-1]:
+            raise problem("no tension at any extension", "one that rises")
+        return self
+
+
+@schema_class
+class Spring(TwoPointElement, BreakingElement, Link):
+    """A line from a point of a body to an anchor, on the earth or on another body."""
+
+    tension_channel: ClassVar[str] = "spring_tension"
+    example: ClassVar[dict[str, Any]] = {
+        "type": "spring",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "length": "2.7 m",
+        "stiffness": "100 kN/m",
+        "damping": "2 kN*s/m",
+    }
+
+    type: Literal["spring"] = field(default="spring", kw_only=True)
+    """A line between a point of a body and an anchor. It carries no push."""
+    point: of.Point
+    """End of the line on the body, in the body frame."""
+    anchor: of.Point
+    """Other end of the line, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = field(default=None, kw_only=True)
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    barge."""
+    length: Annotated[Signal | float, ReadAs(LengthOverTime, (float, Signal))]
+    """Length of the line without tension, or a table, recorded series or sine of it over time."""
+    stiffness: of.Stiffness | None = None
+    """Tension per extension."""
+    curve: TensionCurve | None = None
+    """Tension over extension, in place of stiffness."""
+    damping: of.Damping = 0.0
+    """Damping along the line."""
+    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
+    """Allowable tension, which statistics compare with."""
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        given = self.keys_with_value("stiffness", "curve")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no curve", "either stiffness or curve")
+        first = self.extension[0]
+        if isinstance(self.length, float) and self.length + first <= 0.0:
+            found_text = f"length {self.length:g} m and a first extension of {first:g} m"
+            expected = "a line that is slack where its ends meet"
+            raise problem(found_text, expected, "begin the curve above -length")
+        return self
+
+    @property
+    def extension(self) -> np.ndarray:
+        """The extensions (n,) [m] of its curve."""
+        return np.array((0.0, 1.0) if self.curve is None else self.curve.extension)
+
+    @property
+    def tension(self) -> np.ndarray:
+        """The tensions (n,) [N] of its curve, not falling from 0."""
+        straight = (0.0, self.stiffness or 0.0)
+        return np.array(straight if self.curve is None else self.curve.tension)
+
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
+        if isinstance(self.length, RecordedColumns):
+            yield ("length",), self.length
+
+    def with_built_parts(self, where: BuildContext) -> Self:
+        """The same with its length as a signal, if that is given over time."""
+        if isinstance(self.length, float | Signal):
+            return self
+        length = length_signal(self.length, f"{where.key}.length", where.path)
+        return replace(self, length=length)
 
     def can_add_energy(self) -> bool:
         """A line that is heaved in gives energy."""
@@ -159,45 +245,202 @@ class Compensator(TwoPointElement, Link):
 # Springs and dampers of both signs.
 
 
-@dataclass(frozen=True)
+@schema_class
 class ElasticLink(Link):
-    """The load ``force`` (n,) [N or N m] over the offset ``offset`` (n,) [m or rad], rising, from
-    where the link has its neutral length or angle. Both are empty if it has no spring. ``damping``
-    [N s/m or N m s/rad], and ``drag`` [N s^2/m^2 or N m s^2/rad^2]. The power that a link with
-    ``absorbs`` dissipates is recorded."""
+    """Base of springs and dampers of both signs. Their load is that of a ``stiffness`` or a
+    ``curve``, with linear and quadratic damping. The power that one with ``absorbs`` dissipates is
+    recorded."""
 
-    offset: np.ndarray
-    force: np.ndarray
-    damping: float = 0.0
-    drag: float = 0.0
-    absorbs: bool = False
+    if TYPE_CHECKING:
+        stiffness: Any
+        curve: Any
+        damping: Any
+        quadratic_damping: Any
+
+    def check_law(self) -> None:
+        """Raises a problem if it has two springs, or nothing that acts."""
+        if len(self.keys_with_value("stiffness", "curve")) == 2:
+            raise problem("stiffness and curve", "one of them", "remove one")
+        if not (self.damping or self.quadratic_damping or self.stiffness or self.curve):
+            expected = "stiffness, curve, damping or quadratic_damping above 0"
+            raise problem("nothing that acts", expected)
+
+    @property
+    def offset(self) -> np.ndarray:
+        """Offsets (n,) [m or rad] of its curve from where it is neutral; none without a spring."""
+        straight = (0.0, 1.0) if self.stiffness else ()
+        return np.array(straight if self.curve is None else self.curve.offset)
+
+    @property
+    def force(self) -> np.ndarray:
+        """The loads (n,) [N or N m] of its curve."""
+        straight = (0.0, self.stiffness) if self.stiffness else ()
+        return np.array(straight if self.curve is None else self.curve.load)
 
     def can_carry_weight(self) -> bool:
         return bool(np.any(self.force))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Strut(TwoPointElement, ElasticLink):
-    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
-    ``length`` [m] is the length without force of the spring; None: the length at rest."""
+def check_points(x: str, at: Sequence[float], y: str, values: Sequence[float]) -> None:
+    """Raises a problem if ``at`` and ``values`` of the keys ``x`` and ``y`` are no curve."""
+    if len(at) != len(values):
+        found_text = f"{len(at)} values in {x} and {len(values)} in {y}"
+        raise problem(found_text, f"a {y} for each {x}")
+    if len(at) < 2:
+        raise problem(f"{len(at)} points", "two or more")
 
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    length: float | None = None
-    anchor_body: str | None = None
+
+@schema_class
+class StrutCurve(SchemaClass):
+    """Force of a strut over its extension; straight lines, the outer ones continued."""
+
+    extension: of.Extensions
+    """Extensions that rise, beyond the length."""
+    force: tuple[of.Force, ...]
+    """Force at each extension: tension above 0, compression below."""
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        check_points("extension", self.extension, "force", self.force)
+        return self
+
+    @property
+    def offset(self) -> Sequence[float]:
+        """The extensions."""
+        return self.extension
+
+    @property
+    def load(self) -> Sequence[float]:
+        """The forces."""
+        return self.force
+
+
+@schema_class
+class Strut(TwoPointElement, ElasticLink):
+    """A spring and damper that pushes and pulls between a point of a body and an anchor, on the
+    earth or on another body. The power that a power take-off absorbs is recorded."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "strut",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "curve": {"extension": ["-0.3 m", "0 m", "0.3 m"], "force": ["-9 kN", "0 kN", "6 kN"]},
+        "damping": "2 kN*s/m",
+        "quadratic_damping": "1 kN*s^2/m^2",
+    }
+
+    type: Literal["strut", "power_take_off"] = field(default="strut", kw_only=True)
+    """A spring and damper along a line, which pushes and pulls. A power_take_off is the same with
+    its absorbed power recorded."""
+    point: of.Point
+    """End on the body, in the body frame."""
+    anchor: of.Point
+    """Other end, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = field(default=None, kw_only=True)
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    topside."""
+    length: of.LineLength | None = None
+    """Length at which the spring has no force. Without it, the length at rest."""
+    stiffness: of.EitherStiffness | None = field(default=None, kw_only=True)
+    """Force per extension, in tension and in compression. It may be 0 or negative."""
+    curve: StrutCurve | None = field(default=None, kw_only=True)
+    """Force over extension, in place of stiffness."""
+    damping: of.Damping = field(default=0.0, kw_only=True)
+    """Linear damping along the line."""
+    quadratic_damping: of.Drag = field(default=0.0, kw_only=True)
+    """Damping along the line by the square of the speed."""
+    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
+    """Allowable force of both signs, which statistics compare with."""
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        self.check_law()
+        return self
+
+    @property
+    def absorbs(self) -> bool:
+        """True if its power is recorded."""
+        return self.type == "power_take_off"
 
     def restored_dofs(self) -> Collection[str]:
         return super().restored_dofs() if self.can_carry_weight() else ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class TorsionSpring(ElasticLink):
-    """About ``axis`` in the frame of the body, between it and the body ``to`` or the earth.
-    ``neutral`` [rad] is the twist without moment of the spring; the twist is 0 at rest."""
+@schema_class
+class TorsionCurve(SchemaClass):
+    """Moment of a torsion spring over its angle; straight lines, the outer ones continued."""
 
-    axis: tuple[float, ...]
-    neutral: float = 0.0
-    to: str | None = None
+    angle: of.Angles
+    """Angles that rise, beyond the neutral one."""
+    moment: tuple[of.Moment, ...]
+    """Moment against the twist at each angle."""
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        check_points("angle", self.angle, "moment", self.moment)
+        return self
+
+    @property
+    def offset(self) -> Sequence[float]:
+        """The angles."""
+        return self.angle
+
+    @property
+    def load(self) -> Sequence[float]:
+        """The moments."""
+        return self.moment
+
+
+@schema_class
+class TorsionSpring(ElasticLink):
+    """A spring and damper about an axis, between a body and another one or the earth. The power
+    that a rotary power take-off absorbs is recorded."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "torsion_spring",
+        "body": "barge",
+        "to": "topside",
+        "axis": [0.3, 1, 0.2],
+        "stiffness": "2 MN*m/rad",
+        "damping": "50 kN*m*s/rad",
+    }
+
+    type: Literal["torsion_spring", "rotary_power_take_off"] = field(
+        default="torsion_spring", kw_only=True
+    )
+    """A spring and damper about an axis. A rotary_power_take_off is the same with its absorbed
+    power recorded."""
+    to: StrictStr | None = field(default=None, kw_only=True)
+    """Other body. Without it the other side is the earth. Example: topside."""
+    axis: of.Direction
+    """Direction of the axis, in the body frame. Example: [0, 1, 0]."""
+    neutral: of.Angle = field(default=0.0, kw_only=True)
+    """Angle at which the spring has no moment. The angle is 0 at rest."""
+    stiffness: of.EitherTurnStiffness | None = field(default=None, kw_only=True)
+    """Moment per angle. It may be 0 or negative."""
+    curve: TorsionCurve | None = field(default=None, kw_only=True)
+    """Moment over angle, in place of stiffness."""
+    damping: of.TurnDamping = field(default=0.0, kw_only=True)
+    """Linear damping about the axis."""
+    quadratic_damping: of.TurnDrag = field(default=0.0, kw_only=True)
+    """Damping about the axis by the square of the rate."""
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        if not any(self.axis):
+            raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+        self.check_law()
+        return self
+
+    @property
+    def absorbs(self) -> bool:
+        """True if its power is recorded."""
+        return self.type == "rotary_power_take_off"
+
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
+        yield ("to",), self.to, "without to the other side is the earth"
 
     def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "to", self.to
@@ -211,7 +454,7 @@ class TorsionSpring(ElasticLink):
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
         """Linear with small angles, if its curve and its damping are."""
-        straight = len(self.offset) <= 2 and self.drag == 0.0
+        straight = len(self.offset) <= 2 and self.quadratic_damping == 0.0
         return None if straight and not turns.exact else name
 
     def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
@@ -494,9 +737,14 @@ class LoadCurve(SchemaClass):
             raise problem(found_text, "a load for each place")
         return self
 
+    @property
+    def offset(self) -> Sequence[float]:
+        """The places."""
+        return self.place
+
 
 @schema_class
-class SpringDamper(CoordinateElement):
+class SpringDamper(CoordinateElement, ElasticLink):
     """A spring and damper along a distance, a twist or a motion of a joint."""
 
     example: ClassVar[dict[str, Any]] = {
@@ -524,11 +772,7 @@ class SpringDamper(CoordinateElement):
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
-        if len(self.keys_with_value("stiffness", "curve")) == 2:
-            raise problem("stiffness and curve", "one of them", "remove one")
-        if not (self.damping or self.quadratic_damping or self.stiffness or self.curve):
-            expected = "stiffness, curve, damping or quadratic_damping above 0"
-            raise problem("nothing that acts", expected)
+        self.check_law()
         if self.point is not None and self.neutral is not None and self.neutral < 0.0:
             raise problem(f"neutral {self.neutral:g}", "a distance of 0 or more")
         return self
@@ -544,23 +788,6 @@ class SpringDamper(CoordinateElement):
         if self.curve is not None:
             yield from (("curve.place", place) for place in self.curve.place)
             yield from (("curve.load", load) for load in self.curve.load)
-
-    @property
-    def offset(self) -> np.ndarray:
-        """The places of its curve, as of an `ElasticLink`."""
-        straight = (0.0, 1.0) if self.stiffness else ()
-        return np.array(straight if self.curve is None else self.curve.place)
-
-    @property
-    def force(self) -> np.ndarray:
-        """The loads of its curve."""
-        straight = (0.0, self.stiffness) if self.stiffness else ()
-        return np.array(straight if self.curve is None else self.curve.load)
-
-    @property
-    def drag(self) -> float:
-        """The quadratic damping."""
-        return self.quadratic_damping
 
 
 AnyCoordinateElement = SpringDamper | GasSpring | Stop | DryFriction

@@ -258,3 +258,60 @@ def _unit_factor(form: RecordedColumns, series: Series, source: Source, unit: st
     ):
         source.wrong(f"{found_text} and a factor in {scale.unit}; expected {unit} of both together")
     return scale.value
+
+
+# Lengths over time: a table, a recorded series, or a sine.
+
+
+class LengthTable(SchemaModel):
+    """Straight lines between the lengths at some times, constant outside."""
+
+    time: of.Times
+    """Times that rise."""
+    length: Annotated[tuple[of.LineLength, ...], pydantic.AfterValidator(of.require_entries)]
+    """Length at each time, with straight lines between."""
+
+    @pydantic.model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if len(self.time) != len(self.length):
+            found_text = f"{len(self.time)} times and {len(self.length)} lengths"
+            raise problem(found_text, "a length for each time")
+        return self
+
+
+def _length_form(value: object) -> str:
+    """Which of the forms a length has."""
+    if isinstance(value, LengthTable) or (isinstance(value, dict) and "time" in value):
+        return "table"
+    if isinstance(value, RecordedColumns) or (isinstance(value, dict) and "file" in value):
+        return "recorded"
+    return "harmonic" if isinstance(value, dict | HarmonicEntry) else "length"
+
+
+LengthOverTime = Annotated[
+    Annotated[of.LineLength, pydantic.Tag("length")]
+    | Annotated[LengthTable, pydantic.Tag("table")]
+    | Annotated[RecordedColumns, pydantic.Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Length], pydantic.Tag("harmonic")],
+    pydantic.Discriminator(_length_form),
+]
+
+
+def length_signal(
+    form: LengthTable | RecordedColumns | HarmonicEntry[float], key: str, path: Path
+) -> Signal:
+    """The signal of a length [m]. Raises as `signals.signal_of` does, and
+    a problem for a length that is not always above 0."""
+    same: TableOverTime[float] | RecordedColumns | HarmonicEntry[float]
+    if isinstance(form, LengthTable):
+        same = TableOverTime[float].model_construct(time=form.time, force=form.length)
+    else:
+        same = form
+    signal = signal_of(same, key, path, "m")
+    shortest = smallest_value(signal)
+    if not shortest > 0.0:
+        raise InputError(
+            f"{path}: {key}: found a length that falls to {shortest:g} m; expected one that is"
+            " always above 0."
+        )
+    return signal

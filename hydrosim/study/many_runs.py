@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from hydrosim.case import Case
     from hydrosim.statistics.figures import ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
+    from hydrosim.study.executors import Pool
     from hydrosim.study.study_file import SeedTarget
 
 GC_TIME_FRACTION = 0.05  # of the time, at most, is spent on collecting garbage
@@ -80,7 +81,7 @@ def simulate_many(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
-    pool: executors.Pool | None = None,
+    pool: Pool | None = None,
     first: int = 0,
 ) -> xr.Dataset:
     """Run all cases, files of cases or scenes, on as many cores as there are ``workers``, by
@@ -430,14 +431,14 @@ class _RunSet(NamedTuple):
 
 def run_study(
     study: ParameterStudy,
-    output: Path | outputs.Output,
+    output: Path | outputs.Output | None,
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
     pool: executors.Pool | None = None,
 ) -> xr.Dataset:
-    """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
-    runs have no such figures."""
+    """Run a study into the file ``output``, or in memory, see `simulate_many`. Raises InputError
+    first where its runs have no such figures."""
     file = study.inputs[0]
     kinds = one_scene_of_each_kind(study.scenes) if study.figures else []
     with locating_in(file), _named_as(f"{file}: output:"):

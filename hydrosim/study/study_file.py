@@ -266,13 +266,13 @@ class DesignPlan(of.SchemaModel):
 
 class OutputSettings(of.SchemaModel):
     """What is kept of each run: ``variables`` every ``step``; statistics from ``start`` [s] on,
-    also of ``channels`` (patterns such as "clearance.*"); with ``impulses`` what `hydrosim explain`
-    says of it."""
+    also of ``channels`` (patterns such as "clearance.*"); with ``impulses`` what `hydrosim show
+    --why` says of it."""
 
     step: of.Period | None = None
     """Time between records that are kept. Without it that of the case."""
     impulses: pydantic.StrictBool | None = None
-    """Whether the impulses that hydrosim explain needs are kept."""
+    """Whether the impulses that hydrosim show --why needs are kept."""
     variables: tuple[pydantic.StrictStr, ...] = ("position",)
     """Variables of each run that are kept. Example: [position]."""
     channels: tuple[pydantic.StrictStr, ...] = ()
@@ -345,7 +345,7 @@ class OfStages(of.SchemaModel):
     other keys say of what it is; which of them a result takes depends on the result."""
 
     result: RESULT_NAMES
-    """Result of stages, or of what hydrosim explain says. Example: recontact_force."""
+    """Result of stages, or of what hydrosim show --why says. Example: recontact_force."""
     group: pydantic.StrictStr | None = None
     """Group of contacts. Without it the only one. Example: legs."""
     stage: STAGE_NAMES | None = None

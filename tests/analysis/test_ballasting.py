@@ -1,7 +1,5 @@
 """Loading conditions against hydrostatics by hand, and plans against all of their corners."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations, product
@@ -199,7 +197,7 @@ def shallow(level: float = 0.5) -> hs.Scene:
 
 
 @pytest.mark.parametrize("level", [1e-3, 1e-5])
-def test_all_heights_are_slopes_at_rest_however_soon_a_surface_meets_the_bottom(
+def test_heights_are_slopes_at_rest_however_soon_a_surface_meets_the_bottom(
     level: float,
 ) -> None:
     """At 0.002 deg of heel, with 1 mm: what is told to be taken is what is taken of both."""

@@ -1,7 +1,5 @@
 """RAOs, spectra and extremes of the linear analysis against runs of the equation of motion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Places at rest: closed forms, and where damped runs of the base case settle."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,15 +9,7 @@ from scenes import block, in_waves, motion, moving, on_floor, scene_of, steady
 
 import hydrosim as hs
 from hydrosim.analysis.response import at_rest
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    LinearMooring,
-    Spring,
-    StickSlip,
-    constant,
-)
+from hydrosim.elements import constant
 from hydrosim.errors import InputError
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL
 from hydrosim.scene import Body, ForceElement, Scene, SecondOrder, WaveForces
@@ -35,8 +25,8 @@ def scene(body: Body, **forces: ForceElement) -> Scene:
 def test_block_between_spring_and_floor() -> None:
     """k z = F above the floor; pressed into it the floor's springs share the load. The friction
     does not hold it where it starts."""
-    sticky = StickSlip(0.5, 0.4, 1e5, 1e3, 1e3)
-    mooring = LinearMooring("block", np.diag([300.0, 200.0, 1e3, 0.0, 0.0, 0.0]))
+    sticky = hs.StickSlip(0.5, 0.4, 1e5, 1e3, 1e3)
+    mooring = hs.LinearMooring("block", np.diag([300.0, 200.0, 1e3, 0.0, 0.0, 0.0]))
     for force, z in ((500.0, 0.5), (-2.1e4, -1.0)):
         load = steady(surge=30.0, heave=force)
         floor = on_floor(2e4, sticky)
@@ -54,8 +44,7 @@ def test_block_between_spring_and_floor() -> None:
 
 def test_pendulum_finds_the_vertical() -> None:
     """A body on a line: straight below the anchor, stretched by its weight, whatever the start."""
-    curve = np.array([0.0, 100.0]), np.array([0.0, 5e5])
-    line = Spring("block", (0.3, 0.0, 0.1), (2.0, 1.0, 50.0), 40.0, *curve)
+    line = hs.Spring("block", (0.3, 0.0, 0.1), (2.0, 1.0, 50.0), 40.0, 5e3)
     load = steady(heave=-981.0)
     body = block(100.0, position=moving(surge=-3.0, sway=2.0, heave=5.0, roll=0.2))
     at = at_rest(scene(body, line=line, load=load))
@@ -75,8 +64,8 @@ def test_nothing_to_hold_it_is_refused() -> None:
 def smooth(case: Scene, **forces: ForceElement) -> Scene:
     """The base case without friction, calm, under a steady lift."""
     fender = case.forces["interface"]
-    assert isinstance(fender, Fender)
-    interface = replace(fender, friction=Frictionless())
+    assert isinstance(fender, hs.Fender)
+    interface = replace(fender, friction=hs.Frictionless())
     others = {"mooring": case.forces["mooring"], "interface": interface, **forces}
     return replace(in_waves(case), forces=others)
 
@@ -91,7 +80,7 @@ def test_base_case_under_its_lift(push: float, figure: Figure) -> None:
     figure("heave at rest [m]", full.position[0, 2])
     assert full.residual <= 1e-9
 
-    lift = AppliedForce(
+    lift = hs.AppliedForce(
         "barge",
         (0.0, 0.0, 0.0),
         {"heave": constant(LIFT), "surge": constant(push), "sway": constant(0.5 * push)},
@@ -129,5 +118,5 @@ def test_mean_drift_pushes_on_the_mooring() -> None:
     )
     load = hs.simulate(held).force_wave_second_order.values[0, 0, 0]
     mooring = case.forces["mooring"]
-    assert isinstance(mooring, LinearMooring)
+    assert isinstance(mooring, hs.LinearMooring)
     assert offset[0, 0] == pytest.approx(load / mooring.stiffness[0, 0], rel=1e-6)

@@ -1,7 +1,5 @@
 """The linear analysis of scenes that are pressed, that drift, and in regular waves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
@@ -32,20 +30,7 @@ from hydrosim.errors import InputError
 from hydrosim.linear.equilibrium import Contacts
 from hydrosim.linear.modes import ModeKind
 from hydrosim.report.charts.analysis import draw_response
-from hydrosim.scene import (
-    Body,
-    Coefficients,
-    Kinematics,
-    Place,
-    Question,
-    RegularWave,
-    Scene,
-    SecondOrder,
-    Solver,
-    StateSpaceRadiation,
-    WaveForces,
-    WaveTrain,
-)
+from hydrosim.scene import Kinematics, Place, Question, SecondOrder, StateSpaceRadiation
 
 Figure = Callable[[str, float], None]
 PRESSED = 4100.0  # s
@@ -53,13 +38,13 @@ LIFT = 316.1e6  # N, then
 
 
 @lru_cache
-def pressed() -> Scene:
+def pressed() -> hs.Scene:
     """The base case at the end of its lift, in calm water and in equilibrium; with few states of
     radiation, for the more there are, the longer their own modes ring beside a decay."""
     few = StateSpaceRadiation(1e-3, 80.0, 0.1)
     case = with_body(in_waves(scene_of("base")), radiation=few)
     lift = AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": constant(LIFT)})
-    still = replace(case, forces={**case.forces, "deballast": lift}, solver=Solver(step=0.05))
+    still = replace(case, forces={**case.forces, "deballast": lift}, solver=hs.Solver(step=0.05))
     return with_body(still, position=tuple(at_rest(still).position[0]))
 
 
@@ -148,16 +133,16 @@ def test_base_case_open_and_stuck() -> None:
 def test_what_waves_do_to_stuck_contacts_is_said() -> None:
     """Small waves leave the contacts as they are; in waves ten times as high they slip."""
     for height, slips in ((0.01, False), (10.0, True)):
-        train = WaveTrain(replace(SEA, significant_height=height))
+        train = hs.WaveTrain(replace(SEA, significant_height=height))
         found = linear_analysis(in_waves(pressed(), train), LinearRequest())
         assert ("interface 1 would slip" in found.remarks) == slips
 
 
-def drifting() -> Scene:
+def drifting() -> hs.Scene:
     """The barge on nothing, in a sea of 45 deg with mean drift."""
-    train = WaveTrain(SEA, heading=np.radians(45.0))
+    train = hs.WaveTrain(SEA, heading=np.radians(45.0))
     free = replace(in_waves(scene_of("free_floating"), train), forces={})
-    return with_body(free, wave_forces=WaveForces(True, SecondOrder.NEWMAN))
+    return with_body(free, wave_forces=hs.WaveForces(True, SecondOrder.NEWMAN))
 
 
 def test_a_free_barge_has_modes_and_responses() -> None:
@@ -169,7 +154,7 @@ def test_a_free_barge_has_modes_and_responses() -> None:
     assert {mode for mode, kind in kinds.items() if kind == ModeKind.FREE} == free
     assert "surge of barge" in found.remarks
     assert "heave of barge" not in found.remarks
-    mean = with_body(drifting(), wave_forces=WaveForces(False, SecondOrder.MEAN_DRIFT))
+    mean = with_body(drifting(), wave_forces=hs.WaveForces(False, SecondOrder.MEAN_DRIFT))
     run = hs.simulate(replace(mean, duration=0.5))
     load = run.force_wave_second_order.isel(time=0, body=0)
     for dof in ("surge", "sway", "yaw"):
@@ -186,8 +171,8 @@ def test_a_free_barge_has_modes_and_responses() -> None:
 
 def test_regular_waves_have_an_amplitude_and_a_phase() -> None:
     """The RAO times the amplitude, and its phase, for a wave of any phase; no random figures."""
-    wave = WaveTrain(RegularWave(0.5, 9.0, phase=1.0), heading=np.radians(45.0))
-    case = with_body(scene_of("free_floating"), wave_forces=WaveForces(True, SecondOrder.NONE))
+    wave = hs.WaveTrain(hs.RegularWave(0.5, 9.0, phase=1.0), heading=np.radians(45.0))
+    case = with_body(scene_of("free_floating"), wave_forces=hs.WaveForces(True, SecondOrder.NONE))
     found = linear_analysis(in_waves(case, wave), LinearRequest(frequencies=[2 * np.pi / 9.0]))
     np.testing.assert_allclose(
         found.regular_amplitude[0], 0.5 * found.rao_amplitude[0, 0], rtol=1e-9
@@ -195,8 +180,10 @@ def test_regular_waves_have_an_amplitude_and_a_phase() -> None:
     turned = found.regular_phase[0] - found.rao_phase[0, 0]
     np.testing.assert_allclose(np.exp(1j * turned), 1.0, atol=1e-9)
     assert "response_maximum" not in found
-    both = linear_analysis(in_waves(case, wave, WaveTrain(SEA)), LinearRequest(frequencies=[0.7]))
-    alone = linear_analysis(in_waves(case, WaveTrain(SEA)), LinearRequest(frequencies=[0.7]))
+    both = linear_analysis(
+        in_waves(case, wave, hs.WaveTrain(SEA)), LinearRequest(frequencies=[0.7])
+    )
+    alone = linear_analysis(in_waves(case, hs.WaveTrain(SEA)), LinearRequest(frequencies=[0.7]))
     np.testing.assert_allclose(both.response_std, alone.response_std, rtol=1e-9)
     assert both.sizes["wave"] == 1
 
@@ -219,11 +206,11 @@ def test_the_databases_radiation_needs_no_fit(figure: Figure) -> None:
 def test_waves_that_follow_a_body_meet_it_at_rest() -> None:
     """Loads at the place at the time are those at rest, for small motions."""
     case = with_body(scene_of("free_floating"), hydrodynamics=hull())
-    follow = WaveForces(True, SecondOrder.NONE, headings=Place.INSTANTANEOUS)
+    follow = hs.WaveForces(True, SecondOrder.NONE, headings=Place.INSTANTANEOUS)
     omega = np.array([0.5])
     found = [
         responder(with_body(case, wave_forces=loads)).raos(0.3, omega)
-        for loads in (WaveForces(True, SecondOrder.NONE), follow)
+        for loads in (hs.WaveForces(True, SecondOrder.NONE), follow)
     ]
     np.testing.assert_array_equal(*found)
     assert np.abs(found[0]).max() > 0.0
@@ -238,7 +225,7 @@ def test_responses_turn_with_the_barge(radiation: Radiation, by: str) -> None:
     turn, omega = np.radians(40.0), np.array([0.4, 0.7])
     free = with_body(
         replace(in_waves(scene_of("free_floating")), forces={}),
-        wave_forces=WaveForces(True, SecondOrder.NONE),
+        wave_forces=hs.WaveForces(True, SecondOrder.NONE),
         centre_of_gravity=(0.0, 0.0, -4.9),
     )
     place = {"heading": turn} if by == "heading" else {"position": (0, 0, 0, 0, 0, turn)}
@@ -253,9 +240,9 @@ def test_responses_turn_with_the_barge(radiation: Radiation, by: str) -> None:
 def test_coefficients_alone_have_modes_and_are_said_to_feel_no_waves(tmp_path) -> None:
     """m + a, c: the period in closed form; the picture has nothing to draw."""
     a, c = (value * np.diag(np.eye(6)[2]) for value in (5e5, 8e5))
-    given = Coefficients(a, 0.0 * a, c)
-    body = Body("buoy", 1e6, np.eye(3), hydrodynamics=given, dofs=("heave",))
-    found = linear_analysis(Scene("buoy", 1.0, (body,)), LinearRequest())
+    given = hs.Coefficients(a, 0.0 * a, c)
+    body = hs.Body("buoy", 1e6, np.eye(3), hydrodynamics=given, dofs=("heave",))
+    found = linear_analysis(hs.Scene("buoy", 1.0, (body,)), LinearRequest())
     expected = 2.0 * np.pi * np.sqrt(1.5e6 / 8e5)
     assert float(found.natural_period[0]) == pytest.approx(expected, rel=1e-9)
     assert (
@@ -270,7 +257,7 @@ def test_what_check_asks_is_told() -> None:
     scene = scene_of("free_floating")
     water = replace(
         scene.environment,
-        waves=(replace(scene.environment.waves[0], spectrum=RegularWave(0.1, 40.0)),),
+        waves=(replace(scene.environment.waves[0], spectrum=hs.RegularWave(0.1, 40.0)),),
     )
     odd = replace(scene, environment=water)
     remarks = linear_analysis(odd, LinearRequest()).remarks

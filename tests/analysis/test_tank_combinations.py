@@ -1,8 +1,6 @@
 """Tanks together with what else a scene may have: families of databases, convolution, rigid
 friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,18 +19,12 @@ from hydrosim.elements import Coulomb, LinearDamping
 from hydrosim.errors import InputError
 from hydrosim.scene import (
     AtDraught,
-    Body,
     Box,
     ConvolutionRadiation,
     Family,
     Hull,
-    Pump,
     Question,
-    Scene,
-    Solver,
-    Start,
     StateSpaceRadiation,
-    Tank,
     Weight,
 )
 
@@ -45,11 +37,13 @@ RATE = DENSITY * AREA * 0.6 / 100.0  # kg/s: 0.6 m of draught in 100 s
 pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
 
 
-def barge(source: Any, draught: float, **changes: Any) -> Body:
+def barge(source: Any, draught: float, **changes: Any) -> hs.Body:
     """A box of 60 x 20 x 8 m at a draught, with a tank amidships that is pumped out."""
     mass = DENSITY * AREA * draught
-    tank = Tank("hold", Box((-15.0, -8.0, 0.5 - draught), (15.0, 8.0, 6.5 - draught)), 2.5, DENSITY)
-    body = Body(
+    tank = hs.Tank(
+        "hold", Box((-15.0, -8.0, 0.5 - draught), (15.0, 8.0, 6.5 - draught)), 2.5, DENSITY
+    )
+    body = hs.Body(
         "barge",
         mass,
         mass * np.diag([7.0, 16.0, 16.0]) ** 2,
@@ -59,15 +53,15 @@ def barge(source: Any, draught: float, **changes: Any) -> Body:
         weight=Weight.CARRIED,
         radiation=StateSpaceRadiation(3e-3),
         tanks=(tank,),
-        pumps=(Pump("out", RATE, "hold", None, 5.0, 105.0),),
+        pumps=(hs.Pump("out", RATE, "hold", None, 5.0, 105.0),),
     )
     return replace(body, **changes)
 
 
-def afloat(body: Body, duration: float, step: float = 0.1, **changes: Any) -> Scene:
+def afloat(body: hs.Body, duration: float, step: float = 0.1, **changes: Any) -> hs.Scene:
     """It in still water, with some damping in heave and pitch."""
     damping = LinearDamping("barge", np.diag([0, 0, 3e6, 5e7, 1e9, 0.0]))
-    still = Scene("tanks", duration, (body,), solver=Solver(step=step), output_step=0.5)
+    still = hs.Scene("tanks", duration, (body,), solver=hs.Solver(step=step), output_step=0.5)
     return replace(still, forces={"damping": damping}, output_states=True, **changes)
 
 
@@ -94,7 +88,7 @@ def test_a_barge_with_a_family_rises_by_what_is_pumped_and_its_ledger_closes() -
 def test_a_family_with_tanks_goes_on_in_the_midst_of_pumping_to_the_bit() -> None:
     whole = afloat(barge(FAMILY, 4.4, position=moving(roll=0.02)), 60.0)
     run = hs.simulate(whole)
-    again = hs.simulate(replace(whole, duration=25.0, initial=Start(run, 35.0)))
+    again = hs.simulate(replace(whole, duration=25.0, initial=hs.Start(run, 35.0)))
     same_later(run, again)
 
 
@@ -118,17 +112,17 @@ def test_tanks_with_a_convolution_move_as_with_states_and_go_on_to_the_bit() -> 
     assert np.abs((memory - states) / ranges).max() <= 1e-2
     whole = afloat(barge(ALONE, 4.0, radiation=ConvolutionRadiation(30.0, 0.1), **start), 60.0)
     first = hs.simulate(replace(whole, duration=35.0))
-    same_later(runs[0], hs.simulate(replace(whole, duration=25.0, initial=Start(first))))
+    same_later(runs[0], hs.simulate(replace(whole, duration=25.0, initial=hs.Start(first))))
 
 
 MASS, RATE_OUT, MU, KINETIC, STIFF = 2e4, 100.0, 0.3, 0.2, 1e8
 
 
-def on_rough_floor(*pumps: Pump, push: float = 0.0, duration: float = 60.0) -> xr.Dataset:
+def on_rough_floor(*pumps: hs.Pump, push: float = 0.0, duration: float = 60.0) -> xr.Dataset:
     """A block that stands on one rough point, pushed aside, with two tanks."""
     tanks = (
-        Tank("left", Box((-3.0, -1.0, 0.0), (-1.0, 1.0, 3.0)), 2.5, 1000.0),
-        Tank("right", Box((1.0, -1.0, 0.0), (3.0, 1.0, 3.0)), 0.5, 1000.0),
+        hs.Tank("left", Box((-3.0, -1.0, 0.0), (-1.0, 1.0, 3.0)), 2.5, 1000.0),
+        hs.Tank("right", Box((1.0, -1.0, 0.0), (3.0, 1.0, 3.0)), 0.5, 1000.0),
     )
     body = block(MASS, ("surge", "heave"), weight=Weight.CARRIED, tanks=tanks, pumps=pumps)
     body = replace(body, position=moving(heave=-MASS * G / STIFF))
@@ -143,7 +137,7 @@ def on_rough_floor(*pumps: Pump, push: float = 0.0, duration: float = 60.0) -> x
 def test_what_rigid_friction_holds_stays_where_it_is_when_a_pump_starts() -> None:
     """The impulse of the flow, 1200 N s, goes into the floor: no real pump starts within the
     0.02 s in which friction could not take it."""
-    run = on_rough_floor(Pump("across", 300.0, "left", "right", 3.0, 20.0), duration=30.0)
+    run = on_rough_floor(hs.Pump("across", 300.0, "left", "right", 3.0, 20.0), duration=30.0)
     assert int(run.solver_events) >= 2
     assert np.abs(run.position.sel(dof="surge")).max() <= 1e-12
     assert np.all(run.fender_mode.values == 1)
@@ -152,7 +146,7 @@ def test_what_rigid_friction_holds_stays_where_it_is_when_a_pump_starts() -> Non
 def test_friction_lets_go_when_enough_weight_is_pumped_out() -> None:
     """mu m g = F; then m v' = F - mu_k m g with a mass that leaves at the body's own velocity."""
     push, start = 0.27 * MASS * G, 5.0
-    run = on_rough_floor(Pump("out", RATE_OUT, "left", None, start, 50.0), push=push)
+    run = on_rough_floor(hs.Pump("out", RATE_OUT, "left", None, start, 50.0), push=push)
     loose = start + (MASS - push / (MU * G)) / RATE_OUT
     t = run.time.values
     moving_now = np.clip(t - loose, 0.0, None)

@@ -4,8 +4,6 @@ All describe one line of 530 m from a fairlead at (5, 0, -10) m to an anchor at 
 water 100 m deep, of 80 kg/m, 0.1 m, 400 MN, in the words and columns of each version.
 """
 
-from __future__ import annotations
-
 DOCUMENTED_2 = """\
 --------------------- MoorDyn Input File ------------------------------------
 MoorDyn v2 sample input file

@@ -1,7 +1,5 @@
 """The reverse float-over cases hold the thesis' numbers, in SI."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Pretensions and stiffness of chains, heel under a load that a wire carries, wind that chains hold.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,6 @@
 """Mooring lines read from files of MoorDyn and MoorPy, or refused."""
 
-from __future__ import annotations
-
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from math import cos, pi, radians, sin
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from text_tables import rows
 from validation_data import unpacked
 
 from hydrosim.analysis.line import lines_of_system
@@ -133,12 +133,7 @@ def lines_of(path: Path) -> dict[str, MooringLine]:
 
 
 @pytest.mark.parametrize(
-    ("text", "name"),
-    [
-        (version_2(), "lines.txt"),
-        (VERSION_1, "lines.dat"),
-        (MOORPY, "lines.yaml"),
-    ],
+    ("text", "name"), [(version_2(), "lines.txt"), (VERSION_1, "lines.dat"), (MOORPY, "lines.yaml")]
 )
 def test_formats(tmp_path: Path, text: str, name: str) -> None:
     """MoorDyn's versions and MoorPy's YAML give the same line: rope, clump, chain."""
@@ -230,7 +225,7 @@ BODIES = """\
 --- BODIES ---
 ID Attachment X0 Y0 Z0 r0 p0 y0 Mass CG I Volume CdA Ca
 (#) (-) (m) (m) (m) (deg) (deg) (deg) (kg) (m) (kg-m^2) (m^3) (m^2) (-)
-1 Free 0 0 0 0 0 0 1e6 0 0 1000 0 0
+1 CoupledPinned 0 0 0 0 0 0 1e6 0 0 1000 0 0
 """
 FAILURE = """\
 --- FAILURE ---
@@ -240,55 +235,44 @@ FailurePoint Line(s) FailTime FailTen
 """
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (version_2(force=3), "lines.txt:11: found a force on point 2; expected 0"),
-        (version_2().replace("1e9", "table.txt"), 'found "table.txt"; expected a number for EA'),
-        (version_2().replace("100 WtrDpth", "bed.txt WtrDpth"), 'found "bed.txt"; expected a numb'),
-        (version_2() + "3 rope 2 4 190 20 -\n", ""),
-        (
-            version_2().replace(OPTIONS, "3 rope 2 4 190 20 -\n" + OPTIONS),
-            "found a bridle: lines 1",
-        ),
-        (
-            version_2().replace("Connect", "Body2"),
-            "found points on Body2, the vessel; expected one",
-        ),
-        (version_2().replace("Connect", "Vessel"), "from one point of a body to another"),
-        (version_2().replace("1 chain 1 2 420 20 -\n", ""), "found the free end 2 of line 2"),
-        (
-            version_2().replace("2 rope 2 3", "2 rope 2 9"),
-            'found no point at an end of line 2, "9"',
-        ),
-        (version_2().replace("2 rope 2 3", "2 hemp 2 3"), 'no line type of line 2, "hemp"'),
-        (version_2().replace("2 rope 2 3", "2 rope 2 R1A"), "found the end R1A of a rod"),
-        (
-            version_2().replace("190", "0"),
-            "found 0 for the unstretched length of line 2; expected length in m; it must be above",
-        ),
-        (version_2().replace("Connect", "Pinned"), "found a point of type Pinned; expected Fixed"),
-        (version_2().replace(OPTIONS, RODS + OPTIONS), "lines.txt:22: found a rod; expected lines"),
-        (
-            version_2().replace(OPTIONS, BODIES.replace("Free", "CoupledPinned") + OPTIONS),
-            "lines.txt:22: found a body that is CoupledPinned; expected coupled, fixed or free",
-        ),
-        (
-            version_2().replace(OPTIONS, FAILURE + OPTIONS),
-            "lines.txt:22: found a failure; expected none; the case has breaks_at",
-        ),
-        ("nothing\n", "found no section LINE TYPES; expected an input file of MoorDyn or MoorPy"),
-    ],
-)
-def test_refused(tmp_path: Path, text: str, said: str) -> None:
+REFUSED = r"""
+  1e9 | table.txt | found "table.txt"; expected a number for EA
+  100 WtrDpth | bed.txt WtrDpth | found "bed.txt"; expected a numb
+  END | 3 rope 2 4 190 20 -\nEND | found a bridle: lines 1
+  Connect | Body2 | found points on Body2, the vessel; expected one
+  Connect | Vessel | from one point of a body to another
+  1 chain 1 2 420 20 -\n | | found the free end 2 of line 2
+  2 rope 2 3 | 2 rope 2 9 | found no point at an end of line 2, "9"
+  2 rope 2 3 | 2 hemp 2 3 | no line type of line 2, "hemp"
+  2 rope 2 3 | 2 rope 2 R1A | found the end R1A of a rod
+  190 | 0 | found 0 for the unstretched length of line 2; expected length in m; it must be above
+  Connect | Pinned | found a point of type Pinned; expected Fixed
+  END | RODSEND | lines.txt:22: found a rod; expected lines
+  END | BODIESEND | \
+    lines.txt:22: found a body that is CoupledPinned; expected coupled, fixed or free
+  END | FAILUREEND | lines.txt:22: found a failure; expected none; the case has breaks_at
+"""
+REFUSED = REFUSED.replace("END", OPTIONS.replace("\n", r"\n"))
+
+
+@pytest.mark.parametrize(("right", "wrong", "said"), rows(REFUSED))
+def test_refused(tmp_path: Path, right: str, wrong: str, said: str) -> None:
     """What is no line of this kind is refused in words, with its line."""
-    path = written(tmp_path, text)
-    if not said:  # behind the end of the file: not read by the programs either
-        assert list(lines_of(path)) == ["2"]
-        return
-    with pytest.raises(InputError) as caught:
-        lines_of(path)
-    assert said in str(caught.value)
+    for name, section in (("RODS", RODS), ("BODIES", BODIES), ("FAILURE", FAILURE)):
+        wrong = wrong.replace(name, section)
+    text = version_2()
+    assert right in text
+    with pytest.raises(InputError, match=re.escape(said)):
+        lines_of(written(tmp_path, text.replace(right, wrong)))
+
+
+def test_a_force_and_another_file_are_refused(tmp_path: Path) -> None:
+    """What is behind the end of a file is not read, as the programs do not."""
+    assert list(lines_of(written(tmp_path, version_2() + "3 rope 2 4 190 20 -\n"))) == ["2"]
+    with pytest.raises(InputError, match=r"lines.txt:11: found a force on point 2; expected 0"):
+        lines_of(written(tmp_path, version_2(force=3)))
+    with pytest.raises(InputError, match="found no section LINE TYPES; expected an input file of"):
+        lines_of(written(tmp_path, "nothing\n"))
 
 
 @pytest.mark.parametrize(

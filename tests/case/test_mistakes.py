@@ -1,11 +1,11 @@
 """Mistakes that engineers make: each is refused with file, line, key and remedy, or asked about."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from text_tables import rows
 
 from hydrosim.case import load_case
 from hydrosim.compile.compile import compile_scene
@@ -43,6 +43,7 @@ forces:
 solver: {step: 0.01 s}
 output: {step: 0.1 s}
 """
+CRAWL = "{channel: position.box.surge, statistic: end}"
 STUDY = """\
 case: case.yaml
 parameters:
@@ -61,9 +62,13 @@ radii_of_gyration: [7 m, 11 m, 11 m]
 frequencies: {start: 0.2 rad/s, stop: 1 rad/s, step: 0.1 rad/s}
 headings: {start: 0 deg, stop: 180 deg, step: 45 deg}
 """
+NO_DAMPING = "forces.floor: found normal.damping; expected stiffness, or compression and force"
+CLEARANCES = "clearances: {a: {of: bow of box, to: b}}"
+START_OF_LINE = "[0, 0, 0.1 m]}\n  mooring:"
 HULL = "hull: {type: box, length: 40 m, beam: 20 m, draught: 5 m}"
 LINE = "line: {type: spring, body: box, point: [0, 0, 0], length: 10 m, stiffness: 10 kN/m, anchor:"
 BODY = "    weight: carried\n"
+MISSING = "hydrodynamics: no.nc\n    centre_of_gravity: [0, 0, 0]"
 NORMAL = "{stiffness: 10000 kN/m, damping: 100 kN*s/m}"
 POINTS = "points: [[5 m, 0, -2 m]]"
 FLOOR = """\
@@ -171,24 +176,14 @@ IN_CASES = [
     mistake(START, "{position: [0, 0, 0]}", 12, "box.initial.position", "expected 6 values"),
     mistake("    type: fender\n", "", 14, "forces.floor", 'no key "type"'),
     mistake("duration: 20 s\n", "", 1, 'found no key "duration"', "a time in s"),
-    mistake(
-        FLOOR,
-        LANDING,
-        14,
-        "forces.floor: found normal.damping; expected stiffness, or compression and force",
-        "only the normal of a fender",
-    ),
+    mistake(FLOOR, LANDING, 14, NO_DAMPING, "only the normal of a fender"),
     # the wrong place, the wrong file
     mistake("forces:\n", f"{ELEMENT}forces:\n", 13, "bodies.fender", 'move it below "forces:"'),
     mistake("  floor:", "  b: {mass: 1}\n  floor:", 14, "forces.b", 'move it below "bodies:"'),
-    mistake(CASE, STUDY, 1, "a study", "hydrosim sweep"),
+    mistake(CASE, STUDY, 1, "a study", "hydrosim study"),
     mistake(BODY, "    hydrodynamics: no.nc\n", 7, "bodies.box", "no centre_of_gravity"),
     mistake(
-        BODY,
-        "    hydrodynamics: no.nc\n    centre_of_gravity: [0, 0, 0]\n",
-        10,
-        "box.hydrodynamics: found no such file",
-        "relative paths begin at the folder",
+        BODY, f"    {MISSING}\n", 10, "hydrodynamics: found no such file", "relative paths begin"
     ),
     mistake(BODY, "    hydrodynamics: {fil: a.nc}\n", 10, *meant("hydrodynamics.fil", "file")),
     mistake(BODY, "    hydrostatics: hull.stl\n", 10, "box.hydrostatics", "{mesh: hull.stl}"),
@@ -196,12 +191,8 @@ IN_CASES = [
     mistake("    body: box", "\tbody: box", 16, "found a tab", "two blanks"),
     mistake("    dofs", "   dofs", 11, "another column", "mend the blanks"),
     mistake("    dofs", "      dofs", 11, "another column", "mend the blanks"),
-    mistake(
-        "  mooring:", " mooring:", 21, '"mooring:" in column 2', 'column 3, as "floor:" in line 14'
-    ),
-    mistake(
-        "  floor:", " floor:", 14, '"floor:" in column 2', 'column 3, as "mooring:" in line 21'
-    ),
+    mistake("  mooring:", " mooring:", 21, '"mooring:" in column 2', '3, as "floor:" in line 14'),
+    mistake("  floor:", " floor:", 14, '"floor:" in column 2', '3, as "mooring:" in line 21'),
     mistake("duration:", " duration:", 2, '"duration:" in column 2', "column 1", "in line 1"),
     mistake("-2 m]]", "-2 m] [1, 2]]", 17, "found no comma between two entries", '"[1"'),
     mistake("{surge: 10 %}", "{surge: 10: 1}", 25, "second colon"),
@@ -217,23 +208,11 @@ IN_CASES = [
     mistake(CASE, "only a text", 1, "found no keys"),
 ]
 COMPILED = [
-    mistake(
-        "{surge: 10 %}", "{sway: 10 %}", 25, "forces.mooring.damping_ratio.sway", "give damping"
-    ),
-    mistake(
-        "  mooring:",
-        f"  {LINE} [0, 0, 0.1 m]}}\n  mooring:",
-        21,
-        "forces.line",
-        "different positions",
-    ),
-    mistake(
-        "step: 0.01 s", "step: 0.1 s, unstable: error", 26, "solver.step", "Choose solver.step"
-    ),
+    mistake("{surge: 10 %", "{sway: 10 %", 25, "mooring.damping_ratio.sway", "give damping"),
+    mistake("  mooring:", f"  {LINE} {START_OF_LINE}", 21, "forces.line", "different positions"),
+    mistake("step: 0.01 s", "step: 0.1 s, unstable: error", 26, "solver.step", "Choose solver.s"),
     mistake("0.01 s}", "1e-11 s}", 2, "duration", "at most"),
-    mistake(
-        "0.1 s}\n", "0.1 s, clearances: {a: {of: bow of box, to: b}}}\n", 27, "clearances.a.of"
-    ),
+    mistake("0.1 s}\n", f"0.1 s, {CLEARANCES}}}\n", 27, "clearances.a.of"),
 ]
 IN_STUDIES = [
     mistake("seeds:", "title: x\nseeds:", 4, "title: found an unknown key", "case, studies, seeds"),
@@ -244,10 +223,7 @@ IN_STUDIES = [
     mistake("statistic: end", "statistic: [end]", 6, "figures.crawl.statistic: found a list"),
     mistake("statistic: largest", "statistic: final", 8, "criteria.drift.statistic: found"),
     mistake(
-        "{channel: position.box.surge, statistic: end}",
-        "{result: friction, part: slip direction}",
-        6,
-        *meant("figures.crawl.part", "direction of slip"),
+        CRAWL, "{result: friction, part: slip direction}", 6, *meant("part", "direction of slip")
     ),
     mistake("1-4", "-3", 4, "seeds", "not negative"),
     mistake("case.yaml", "none.yaml", 1, "case: found no such file", "a case file"),
@@ -274,43 +250,26 @@ IN_RECIPES = [
     mistake(RECIPE, STUDY, 1, "a study, with the key case", "a recipe"),
     mistake(RECIPE, CASE, 1, "a case, with the key duration", "a recipe"),
 ]
-ASKED = [  # what is written in place of what; the key, the question, what is found
-    ("heading: 30 deg", "heading: 30", "environment.waves.heading", "angles", "1718.9 deg"),
-    ("{heave: 0.1 m}", "{yaw: 90}", "bodies.box.initial.position", "angles", '"90 deg"'),
-    ("{surge: 10 %}", "{surge: 10}", "forces.mooring.damping_ratio.surge", "damping", '"10 %"'),
-    ("0.4, kinetic: 0.3", "40, kinetic: 30", "forces.floor.friction", "friction", "percentage"),
-    ("10000 kN/m", "2000", "forces.floor.normal", "softness", "kN/m"),
-    ("1000 tonne", "1e6 tonne", "forces.floor.normal", "softness", "presses it by 981 m"),
-    ("[0, 0, 1]}", "[0, 0, -1]}", "forces.floor.plane", "plane", "plane.normal reversed?"),
-    (
-        "[0, 0, -2 m], n",
-        "[0, 0, 3 m], n",
-        "forces.floor",
-        "overlap",
-        "that point 1 is 4.9 m behind its plane",
-    ),
-    ("[0, 0, -2 m], n", "[0, 0, -20 m], n", "bodies.box.initial.position", "fall", "18.1 m"),
-    ("height: 1 m", "height: 12 m", "environment.waves", "steepness", "waves break above"),
-    ("height: 1 m", "height: 120 m", "environment.waves", "waves", "up to 20 m"),
-    ("period: 6 s", "period: 6 min", "environment.waves", "waves", "a period of 347 s"),
-    (
-        "period: 6 s",
-        "period: 6 s, ramp: 1 hour",
-        "environment.waves.ramp",
-        "ramp",
-        "never reaches its full height",
-    ),
-    ("  water", "  wind: {speed: 15 m/s}\n  water", "environment.wind", "streams", "a wind_load"),
-    ("  water", "  current: {speed: 1 m/s}\n  water", "environment.current", "streams", "no force"),
-    ("{position: {heave: 0.1 m}}", "{velocity: {surge: 20}}", "velocity", "speed", "20 m/s"),
-    (
-        "  mooring:",
-        f"  {LINE} [90 m, 0, 0]}}\n  mooring:",
-        "forces.line.length",
-        "lines",
-        "80 m further",
-    ),
-]
+ASKED = r"""
+  heading: 30 deg | heading: 30 | environment.waves.heading | angles | 1718.9 deg
+  {heave: 0.1 m} | {yaw: 90} | bodies.box.initial.position | angles | "90 deg"
+  {surge: 10 %} | {surge: 10} | forces.mooring.damping_ratio.surge | damping | "10 %"
+  0.4, kinetic: 0.3 | 40, kinetic: 30 | forces.floor.friction | friction | percentage
+  10000 kN/m | 2000 | forces.floor.normal | softness | kN/m
+  1000 tonne | 1e6 tonne | forces.floor.normal | softness | presses it by 981 m
+  [0, 0, 1]} | [0, 0, -1]} | forces.floor.plane | plane | plane.normal reversed?
+  [0, 0, -2 m], n | [0, 0, 3 m], n | forces.floor | overlap | point 1 is 4.9 m behind its plane
+  [0, 0, -2 m], n | [0, 0, -20 m], n | bodies.box.initial.position | fall | 18.1 m
+  height: 1 m | height: 12 m | environment.waves | steepness | waves break above
+  height: 1 m | height: 120 m | environment.waves | waves | up to 20 m
+  period: 6 s | period: 6 min | environment.waves | waves | a period of 347 s
+  period: 6 s | period: 6 s, ramp: 1 hour | environment.waves.ramp | ramp | never reaches its full
+  water_depth | wind: {speed: 15 m/s}\n  water_depth | environment.wind | streams | a wind_load
+  water_depth | current: {speed: 1 m/s}\n  water_depth | environment.current | streams | no force
+  {position: {heave: 0.1 m}} | {velocity: {surge: 20}} | velocity | speed | 20 m/s
+  mooring: | LINE [90 m, 0, 0]}\n  mooring: | forces.line.length | lines | 80 m further
+"""
+"""What is written in place of what; the key, the question, what is found."""
 
 
 def written(folder: Path, name: str, base: str, right: str, wrong: str) -> Path:
@@ -322,14 +281,6 @@ def written(folder: Path, name: str, base: str, right: str, wrong: str) -> Path:
     return path
 
 
-def check(error: pytest.ExceptionInfo[InputError], path: Path, wrong: Mistake) -> None:
-    """One line, with the place and the words."""
-    text = str(error.value)
-    assert text.startswith(f"{path}:{wrong.line}: ")
-    assert all(word in text for word in wrong.words), text
-    assert "\n" not in text
-
-
 def test_the_files_are_right(tmp_path: Path) -> None:
     scene = load_case(written(tmp_path, "case.yaml", CASE, "Box", "Box")).scene()
     assert compile_scene(scene).notes.warnings == ()
@@ -337,40 +288,34 @@ def test_the_files_are_right(tmp_path: Path) -> None:
     load_recipe(written(tmp_path, "recipe.yaml", RECIPE, "title", "title"))
 
 
-@pytest.mark.parametrize("wrong", IN_CASES, ids=lambda wrong: wrong.wrong[:40].strip())
-def test_mistakes_in_cases(wrong: Mistake, tmp_path: Path) -> None:
-    path = written(tmp_path, "case.yaml", CASE, wrong.right, wrong.wrong)
+WHERE = (
+    ("case.yaml", CASE, load_case, IN_CASES),
+    ("case.yaml", CASE, lambda path: simulate(load_case(path)), COMPILED),
+    ("study.yaml", STUDY, load_study, IN_STUDIES),
+    ("recipe.yaml", RECIPE, load_recipe, IN_RECIPES),
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "base", "load", "wrong"),
+    [(name, base, load, wrong) for name, base, load, mistakes in WHERE for wrong in mistakes],
+    ids=lambda of: of.wrong[:40].strip() if isinstance(of, Mistake) else "",
+)
+def test_a_mistake_is_told_in_one_line_with_its_place(
+    name: str, base: str, load: Callable[[Path], object], wrong: Mistake, tmp_path: Path
+) -> None:
+    path = written(tmp_path, name, base, wrong.right, wrong.wrong)
     with pytest.raises(InputError) as error:
-        load_case(path)
-    check(error, path, wrong)
+        load(path)
+    text = str(error.value)
+    assert text.startswith(f"{path}:{wrong.line}: ")
+    assert all(word in text for word in wrong.words), text
+    assert "\n" not in text
 
 
-@pytest.mark.parametrize("wrong", COMPILED, ids=lambda wrong: wrong.wrong[:40].strip())
-def test_mistakes_that_are_found_later(wrong: Mistake, tmp_path: Path) -> None:
-    path = written(tmp_path, "case.yaml", CASE, wrong.right, wrong.wrong)
-    case = load_case(path)
-    with pytest.raises(InputError) as error:
-        simulate(case)
-    check(error, path, wrong)
-
-
-@pytest.mark.parametrize("wrong", IN_STUDIES, ids=lambda wrong: wrong.wrong[:40].strip())
-def test_mistakes_in_studies(wrong: Mistake, tmp_path: Path) -> None:
-    path = written(tmp_path, "study.yaml", STUDY, wrong.right, wrong.wrong)
-    with pytest.raises(InputError) as error:
-        load_study(path)
-    check(error, path, wrong)
-
-
-@pytest.mark.parametrize("wrong", IN_RECIPES, ids=lambda wrong: wrong.wrong[:40].strip())
-def test_mistakes_in_recipes(wrong: Mistake, tmp_path: Path) -> None:
-    path = written(tmp_path, "recipe.yaml", RECIPE, wrong.right, wrong.wrong)
-    with pytest.raises(InputError) as error:
-        load_recipe(path)
-    check(error, path, wrong)
-
-
-@pytest.mark.parametrize(("right", "wrong", "key", "question", "found"), ASKED)
+@pytest.mark.parametrize(
+    ("right", "wrong", "key", "question", "found"), rows(ASKED.replace("LINE", LINE))
+)
 def test_what_is_possible_and_hardly_meant_is_asked_about(
     right: str, wrong: str, key: str, question: str, found: str, tmp_path: Path
 ) -> None:

@@ -1,13 +1,12 @@
 """One line in all documented layouts of mooring files; what is not read is told or refused."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
 import mooring_files as files
 import numpy as np
 import pytest
+from text_tables import rows
 
 from hydrosim.case.lines.chains import (
     case_keys,
@@ -163,116 +162,70 @@ def test_a_free_body_is_that_of_the_case(tmp_path: Path) -> None:
     assert [each.found for each in system.left_out] == ["the free body 1 in line 14"]
 
 
+BASES = {
+    "MAP": files.MAP,
+    "BA": files.MAP.replace("CB ", "BA "),
+    "rows": files.MAP.replace("CB ", "BA ").replace("#", "0"),
+    "2": files.version_2(),
+    "1": files.DOCUMENTED_1,
+    "counted": files.COUNTED_1.format(ends="NodeA NodeB"),
+    "YAML": files.MOORPY_YAML,
+}
+REFUSED = r"""
+  MAP | | | :2: found the column CB, so this is an input file of MAP++; expected
+  BA | | | :8: found depth, so this is an input file of MAP++; expected one of MoorDyn
+  rows | depth | -100 | :11: found no column NumSegs, so this is an input file of MAP++
+  2 | DEPTH | seabed.txt SeafloorFile | \
+    :32: found seafloorfile seabed.txt; expected a level seabed, by WtrDpth
+  2 | DEPTH | DEPTH\n90 depth | \
+    :33: found depth 90; expected 100 again, as in line 32, or one of both
+  2 | DEPTH | -1 FrictionCoefficient | \
+    :32: found -1 for frictioncoefficient; expected coefficient of friction; it
+  2 | DEPTH | nan rho | :32: found nan for rho; expected density in kg/m^3; give a finite number
+  2 | 0.1     80.0 | 1e200   80.0 | \
+    :6: found 1e200 for the diameter; expected diameter in m; it must be 1e+07
+  2 | Coupled    5 | Body2 5 | :22: found a point on Body2; expected one of the bodies: Body1
+  2 | OWN_BODY | coupled 0 0 0 5 0 10 0 0 0 0 0 0 | \
+    :14: found rotations about several axes; expected one of r0, p0, y0
+  2 | 1.6    1      1.0     0.5 | 1.6    1      1.0 | \
+    :6: found 9 values under 12 names of columns; expected a value in each
+  1 | (-)      (-)       (m)         (-)       (-)  | 1 2 3 4 5 | \
+    :15: found numbers; expected the units of the columns
+  counted | 2       NConnects | 3 NConnects | \
+    :10: CONNECTION PROPERTIES: found 2 rows and the count 3; expected the same
+  counted | NodeA NodeB | Start End | \
+    found line linetype unstrlen numsegs start end flags/outputs; expected a column
+  1 | 2         Vessel | 1         Vessel | :12: found point 1 twice; expected each once
+  1 | -- LINE PROPERTIES | -- POINT PROPERTIES | \
+    :13: found a second section POINT PROPERTIES; expected one, as in line 8
+  YAML | - {name: anchor1 | - [anchor1]\n  - {name: anchor1 | \
+    :8: points.0: found a list of 1; expected a mapping
+  YAML | location: [5, 0, -10] | location: 5 | :9: points.1.location: found 5; expected three
+  YAML | [5, 0, -10] | [5, 0, true] | :9: found true for points.1.location.2; expected
+  YAML | diameter: 0.1 | diameter: 1e200 | :4: found 1e+200 for line_types.0.diameter; expe
+  YAML | stiffness: 400e6 | stiffness: ~ | :4: line_types.0: found name, diameter, mass_dens
+  YAML | name: main | name: {a: 1} | :4: line_types.0.name: found
+  YAML | length: 530 | length: [1] | :11: found a list of 1 for lines.0.length; expected length
+  YAML | type: vessel | type: 3 | :9: points.1.type: found
+  YAML | water_depth: 100 | water_depth: [1] | \
+    :1: found a list of 1 for water_depth; expected depth
+  YAML | name: fairlead1 | name: anchor1 | :9: points.1.name: found anchor1 twice; expected
+  YAML | endA: anchor1 | endA: 2 | found no point at an end of line 1, "2"
+"""
+
+
 @pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (
-            files.MAP,
-            "lines.txt:2: found the column CB, so this is an input file of MAP++; expected",
-        ),
-        (
-            files.MAP.replace("CB ", "BA "),
-            "lines.txt:8: found depth, so this is an input file of MAP++; expected one of MoorDyn",
-        ),
-        (
-            files.MAP.replace("CB ", "BA ").replace("depth", "-100").replace("#", "0"),
-            "lines.txt:11: found no column NumSegs, so this is an input file of MAP++",
-        ),
-        (
-            files.version_2(options="seabed.txt SeafloorFile"),
-            "lines.txt:32: found seafloorfile seabed.txt; expected a level seabed, by WtrDpth",
-        ),
-        (
-            files.version_2(options=f"{files.DEPTH}\n90 depth"),
-            "lines.txt:33: found depth 90; expected 100 again, as in line 32, or one of both",
-        ),
-        (
-            files.version_2(options="-1 FrictionCoefficient"),
-            "lines.txt:32: found -1 for frictioncoefficient; expected coefficient of friction; it",
-        ),
-        (
-            files.version_2(options="nan rho"),
-            "lines.txt:32: found nan for rho; expected density in kg/m^3; give a finite number",
-        ),
-        (
-            files.version_2().replace("0.1     80.0", "1e200   80.0"),
-            "lines.txt:6: found 1e200 for the diameter; expected diameter in m; it must be 1e+07",
-        ),
-        (
-            files.version_2(fairlead="Body2 5 0 -10"),
-            "lines.txt:22: found a point on Body2; expected one of the bodies: Body1",
-        ),
-        (
-            files.version_2(body="coupled 0 0 0 5 0 10 0 0 0 0 0 0"),
-            "lines.txt:14: found rotations about several axes; expected one of r0, p0, y0",
-        ),
-        (
-            files.version_2().replace("1.6    1      1.0     0.5", "1.6    1      1.0"),
-            "lines.txt:6: found 9 values under 12 names of columns; expected a value in each",
-        ),
-        (
-            files.DOCUMENTED_1.replace(
-                "(-)      (-)       (m)         (-)       (-) ", "1 2 3 4 5 "
-            ),
-            "lines.txt:15: found numbers; expected the units of the columns",
-        ),
-        (
-            files.COUNTED_1.format(ends="NodeA NodeB").replace("2       NConnects", "3 NConnects"),
-            "lines.txt:10: CONNECTION PROPERTIES: found 2 rows and the count 3; expected the same",
-        ),
-        (
-            files.COUNTED_1.format(ends="Start End"),
-            "found line linetype unstrlen numsegs start end flags/outputs; expected a column",
-        ),
-        (
-            files.DOCUMENTED_1.replace("2         Vessel", "1         Vessel"),
-            "lines.txt:12: found point 1 twice; expected each once",
-        ),
-        (
-            files.DOCUMENTED_1.replace("-- LINE PROPERTIES", "-- POINT PROPERTIES"),
-            "lines.txt:13: found a second section POINT PROPERTIES; expected one, as in line 8",
-        ),
-    ],
+    ("base", "right", "wrong", "said"),
+    rows(REFUSED.replace("DEPTH", files.DEPTH).replace("OWN_BODY", files.OWN_BODY)),
 )
-def test_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_refused(tmp_path: Path, base: str, right: str, wrong: str, said: str) -> None:
+    assert right in BASES[base]
+    text = BASES[base].replace(right, wrong) if right else BASES[base]
+    name = "lines.yaml" if base == "YAML" else "lines.txt"
+    said = f"{name}{said}" if said.startswith(":") else said
     with pytest.raises(InputError) as caught:
-        only_line(system_of(tmp_path, text))
+        only_line(system_of(tmp_path, text, name))
     assert said in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (
-            ("- {name: anchor1", "- [anchor1]\n  - {name: anchor1"),
-            ":8: points.0: found a list of 1; expected a mapping",
-        ),
-        (
-            ("location: [5, 0, -10]", "location: 5"),
-            ":9: points.1.location: found 5; expected three",
-        ),
-        (("[5, 0, -10]", "[5, 0, true]"), ":9: found true for points.1.location.2; expected"),
-        (("diameter: 0.1", "diameter: 1e200"), ":4: found 1e+200 for line_types.0.diameter; expe"),
-        (("stiffness: 400e6", "stiffness: ~"), ":4: line_types.0: found name, diameter, mass_dens"),
-        (("name: main", "name: {a: 1}"), ":4: line_types.0.name: found"),
-        (
-            ("length: 530", "length: [1]"),
-            ":11: found a list of 1 for lines.0.length; expected length",
-        ),
-        (("type: vessel", "type: 3"), ":9: points.1.type: found "),
-        (
-            ("water_depth: 100", "water_depth: [1]"),
-            ":1: found a list of 1 for water_depth; expected depth",
-        ),
-        (("name: fairlead1", "name: anchor1"), ":9: points.1.name: found anchor1 twice; expected"),
-        (("endA: anchor1", "endA: 2"), 'found no point at an end of line 1, "2"'),
-    ],
-)
-def test_yaml_refused(tmp_path: Path, change: tuple[str, str], said: str) -> None:
-    assert change[0] in files.MOORPY_YAML
-    with pytest.raises(InputError) as caught:
-        only_line(system_of(tmp_path, files.MOORPY_YAML.replace(*change), "lines.yaml"))
-    assert said in str(caught.value).replace(str(tmp_path), "")
 
 
 def test_unknown_keys_of_yaml_are_told(tmp_path: Path) -> None:
@@ -323,9 +276,7 @@ def test_sizes_are_bounded(tmp_path: Path, count: int, said: str) -> None:
         (files.MOORPY_YAML, "lines.yaml"),
     ],
 )
-def test_no_other_name_changes_what_is_read_in_silence(
-    tmp_path: Path, text: str, name: str
-) -> None:
+def test_no_other_name_changes_what_is_read(tmp_path: Path, text: str, name: str) -> None:
     """Names of sections, columns, options, types, keys."""
 
     def read(text: str) -> tuple[str, set[str]]:

@@ -1,7 +1,5 @@
 """Estimates from main particulars: closed forms of a box, and databases of two barges."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 from pathlib import Path
 

@@ -1,13 +1,12 @@
 """Recorded series: what is read from text and from runs, and what is said of bad ones."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import text_tables
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -75,42 +74,31 @@ def test_factors(load: Load, tmp_path: Path, factor: str, size: float) -> None:
     assert_allclose(signal.value, size * np.array(FX), rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("text", "column", "found"),
-    [
-        ("0 1\n1 2\n2 3 4\n3 4", "2", "data.csv:3: found 3 values; expected 2, as in line 1"),
-        ("t,Fx\n0,1\n1,x\n", "Fx", 'data.csv:3: found "x"; expected a number'),
-        (
-            "t;Fx\n0,5;1,5\n1;2\n",
-            "Fx",
-            'data.csv:2: found "0,5"; expected a number; ";" separates columns here; write "0.5"',
-        ),
-        ("t,Fx\n0,1\n1,\n", "Fx", 'data.csv:3: found ""; expected a number'),
-        ("t;Fx\n0;1,5\n", "Fx", "data.csv:2: found"),
-        ("t,Fx\nnan,1\n1,2\n", "Fx", "data.csv:2: found nan; expected finite numbers"),
-        ("t,Fx\n0,1\n#\n1,inf\n", "Fx", "data.csv:4: found inf; expected finite numbers"),
-        (
-            "t,Fx\n0,1\n2,1\n1,1\n",
-            "Fx",
-            "data.csv:4: found time 1 s after 2 s; expected it to rise",
-        ),
-        ("t,Fx\n0,1\n1,1\n1,1\n", "Fx", "data.csv:4: found time 1 s after 1 s"),
-        ("t,Fx\n0,1\n1,1\n2,1\n", "Fx", "data.csv: found 3 times; expected 4 or more"),
-        (
-            "t,F_x\n0,1\n1,2\n",
-            "Fx",
-            'found no column "Fx"; expected one of: t, F_x; did you mean "F_x"',
-        ),
-        ("t,Fx,Fx\n0,1,2\n1,2,3\n", "Fx", 'found more than one column "Fx"; call it by its number'),
-        ("0 1\n1 2\n", "Fx", 'found no names of columns, and so no "Fx"; call it by its number'),
-        ("0 1\n1 2\n", "3", "data.csv: found no column 3; expected a number from 1 to 2"),
-        ("0 1\n1 2\n", "0", "data.csv: found no column 0; expected a number from 1 to 2"),
-        ("t,Fx\n0,1\n1,-1e308\n2,1e308\n9,1\n", "Fx", "3: found -1e+308; expected 1e+20 or less"),
-        ("time [ms],Fx\n0,1\n1,2\n", "Fx", 'found "time [ms]"; expected the time in s; convert it'),
-        ("a heading alone\n", "2", "data.csv: found no numbers; expected lines of numbers"),
-        ("", "2", "data.csv: found no numbers; expected lines of numbers"),
-    ],
-)
+BAD_TEXT = r"""
+  0 1\n1 2\n2 3 4\n3 4 | 2 | data.csv:3: found 3 values; expected 2, as in line 1
+  t,Fx\n0,1\n1,x\n | Fx | data.csv:3: found "x"; expected a number
+  t;Fx\n0,5;1,5\n1;2\n | Fx | \
+    data.csv:2: found "0,5"; expected a number; ";" separates columns here; write "0.5"
+  t,Fx\n0,1\n1,\n | Fx | data.csv:3: found ""; expected a number
+  t;Fx\n0;1,5\n | Fx | data.csv:2: found
+  t,Fx\nnan,1\n1,2\n | Fx | data.csv:2: found nan; expected finite numbers
+  t,Fx\n0,1\n#\n1,inf\n | Fx | data.csv:4: found inf; expected finite numbers
+  t,Fx\n0,1\n2,1\n1,1\n | Fx | data.csv:4: found time 1 s after 2 s; expected it to rise
+  t,Fx\n0,1\n1,1\n1,1\n | Fx | data.csv:4: found time 1 s after 1 s
+  t,Fx\n0,1\n1,1\n2,1\n | Fx | data.csv: found 3 times; expected 4 or more
+  t,F_x\n0,1\n1,2\n | Fx | found no column "Fx"; expected one of: t, F_x; did you mean "F_x"
+  t,Fx,Fx\n0,1,2\n1,2,3\n | Fx | found more than one column "Fx"; call it by its number
+  0 1\n1 2\n | Fx | found no names of columns, and so no "Fx"; call it by its number
+  0 1\n1 2\n | 3 | data.csv: found no column 3; expected a number from 1 to 2
+  0 1\n1 2\n | 0 | data.csv: found no column 0; expected a number from 1 to 2
+  t,Fx\n0,1\n1,-1e308\n2,1e308\n9,1\n | Fx | 3: found -1e+308; expected 1e+20 or less
+  time [ms],Fx\n0,1\n1,2\n | Fx | found "time [ms]"; expected the time in s; convert it
+  a heading alone\n | 2 | data.csv: found no numbers; expected lines of numbers
+  | 2 | data.csv: found no numbers; expected lines of numbers
+"""
+
+
+@pytest.mark.parametrize(("text", "column", "found"), text_tables.rows(BAD_TEXT))
 def test_bad_text(load: Load, tmp_path: Path, text: str, column: str, found: str) -> None:
     """One line: case file, key, data file and its line, what is there, what should be."""
     (tmp_path / "data.csv").write_text(text)
@@ -181,25 +169,19 @@ def test_moments_of_a_run(load: Load, run: xr.Dataset) -> None:
     assert_allclose(signal.value, run.force_mooring.sel(body="deck", dof="pitch"), rtol=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("column", "found"),
-    [
-        ("force_moring.deck.surge", 'found no variable over time "force_moring"; expected one of'),
-        ("reference_position.deck", 'found no variable over time "reference_position"'),
-        (
-            "force_mooring.dack.surge",
-            'no selection from force_mooring "dack"; expected one of: barge',
-        ),
-        ("force_mooring.surge", 'for every body; expected one, as in "force_mooring.surge.barge"'),
-        ("wave_elevation", 'found a column in m; expected N; give a factor, such as "98100 kN/m"'),
-        ("force_mooring.deck.pitch", "found a column in N m; expected N"),
-        ("wave_elevation, factor: 3 kN", "found a column in m and a factor in kN; expected N"),
-        (
-            "[wave_elevation, force_mooring.deck.surge]",
-            "found columns in m and N; expected one unit",
-        ),
-    ],
-)
+BAD_COLUMNS = """
+  force_moring.deck.surge | found no variable over time "force_moring"; expected one of
+  reference_position.deck | found no variable over time "reference_position"
+  force_mooring.dack.surge | no selection from force_mooring "dack"; expected one of: barge
+  force_mooring.surge | for every body; expected one, as in "force_mooring.surge.barge"
+  wave_elevation | found a column in m; expected N; give a factor, such as "98100 kN/m"
+  force_mooring.deck.pitch | found a column in N m; expected N
+  wave_elevation, factor: 3 kN | found a column in m and a factor in kN; expected N
+  [wave_elevation, force_mooring.deck.surge] | found columns in m and N; expected one unit
+"""
+
+
+@pytest.mark.parametrize(("column", "found"), text_tables.rows(BAD_COLUMNS))
 def test_bad_columns_of_a_run(load: Load, run: xr.Dataset, column: str, found: str) -> None:
     with pytest.raises(InputError) as caught:
         load(surge("run.nc", column)).scene()

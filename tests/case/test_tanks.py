@@ -1,7 +1,5 @@
 """`lightship`, `tanks` and `pumps` in a case file: what is built of them, and what is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from textwrap import indent
@@ -9,6 +7,7 @@ from textwrap import indent
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from text_tables import rows
 
 import hydrosim as hs
 from hydrosim.database.build.barge import box
@@ -135,9 +134,7 @@ def test_a_tank_may_be_a_mesh_or_the_hull_of_a_recipe(load: Load, tmp_path: Path
         ("level: 1 m", r"found none of them; expected one of box, table, mesh, recipe"),
     ],
 )
-def test_a_mesh_that_is_no_tank_is_refused(
-    load: Load, tmp_path: Path, keys: str, said: str
-) -> None:
+def test_a_mesh_that_is_no_tank(load: Load, tmp_path: Path, keys: str, said: str) -> None:
     corners = barge_with_deck(box(100.0, 20.0, 5.0), 8.0)
     write(tmp_path / "open.ply", corners[corners[..., 2].min(axis=1) < 2.9])
     with pytest.raises(InputError, match=said):
@@ -153,76 +150,56 @@ def test_a_pump_by_an_event_is_the_pump_by_that_level(load: Load) -> None:
     assert [*runs[1].trigger.values] == ["trim of barge"]
 
 
+UNPUMPABLE = r"""
+  pumps | | out: {source: peak, target: sea, FLOW, stop: 50 min} | \
+    pumps\.out: peak of barge runs dry at 360 s, before the pump stops
+  pumps | | in: {source: sea, target: peak, FLOW, stop: 50 min} | \
+    pumps\.in: peak of barge overflows at 1080 s
+  pumps | | out: {source: tank, target: sea, FLOW} | \
+    pumps\.out\.source: found tank, which is no tank; expected one of wing, peak, sea
+  pumps | | out: {target: sea, FLOW} | pumps\.out: found no key "source"; expected one
+  pumps | | out: {source: wing, target: sea, rate: 1, stop: {tank: wing, below: 3 m}} | \
+    pumps\.out: has nothing to pump at 0 s: .* or its final level reached
+  pumps | | out: {source: wing, target: sea, rate: 1, stop: {channel: level}} | \
+    pumps\.out\.stop: found no value; expected either above or below
+  pumps | below: 1.9 m | below: 9 m | \
+    pumps\.trim\.start: found 9 m; expected 0 to 5 m, the height of the tank wing
+  pumps | start: 60 s | start: 40 min | \
+    pumps\.out\.stop: found 1800 s; expected a time after the start
+  mass | | mass: 300 tonne\n    radii_of_gyration: [4, 13, 13] | \
+    bodies\.barge: found 3e\+05 kg in all and 5\.104e\+05 kg in its tanks
+  mass | lightship: | mass: 1000\n    lightship: | found lightship and mass; expected one of them
+  mass | lightship: | weight: balanced\n    lightship: | weight: found balanced and tanks
+  tanks | level: 2 m | level: 7 m | tanks\.wing\.level: found 7 m
+  tanks | level: 2 m | level: 2, plan: {time: [1, 2], level: [1, 2]} | \
+    tanks\.wing\.plan\.level: found 1 m at the first time
+  tanks | 1000 | 1025 | fluids of 1025 and 1000 kg/m\^3
+  tanks | longitudinal: [100, 100 | longitudinal: [100, -100 | \
+    longitudinal.*found -100; expected a second moment of area.*0 or more
+"""
+RIGHT = {"mass": LIGHTSHIP, "tanks": TANKS, "pumps": PUMPS}
+FLOW = "rate: 400 tonne/hour"
+
+
+@pytest.mark.parametrize(("part", "right", "wrong", "said"), rows(UNPUMPABLE.replace("FLOW", FLOW)))
+def test_what_cannot_be_pumped_is_refused(
+    load: Load, part: str, right: str, wrong: str, said: str
+) -> None:
+    changed = RIGHT[part].replace(right, wrong, 1) if right else wrong
+    with pytest.raises(InputError, match=said):
+        hs.compile_scene(load(**{part: changed}))
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
+        ({"tanks": TANKS.replace("level: 1 m", "level: 0 m")}, "has nothing to pump at 0 s"),
         (
-            {"pumps": "out: {source: peak, target: sea, rate: 400 tonne/hour, stop: 50 min}"},
-            r"pumps\.out: peak of barge runs dry at 360 s, before the pump stops",
-        ),
-        (
-            {"pumps": "in: {source: sea, target: peak, rate: 400 tonne/hour, stop: 50 min}"},
-            r"pumps\.in: peak of barge overflows at 1080 s",
-        ),
-        (
-            {"pumps": "out: {source: tank, target: sea, rate: 400 tonne/hour}"},
-            r"pumps\.out\.source: found tank, which is no tank; expected one of wing, peak, sea",
-        ),
-        (
-            {"pumps": "out: {target: sea, rate: 400 tonne/hour}"},
-            r'pumps\.out: found no key "source"; expected one',
-        ),
-        (
-            {
-                "tanks": TANKS.replace("level: 1 m", "level: 0 m"),
-                "pumps": "out: {source: peak, target: sea, rate: 400 tonne/hour}",
-            },
-            r"pumps\.out: has nothing to pump at 0 s",
-        ),
-        (
-            {"mass": "mass: 300 tonne, radii_of_gyration: [4, 13, 13]".replace(", ", "\n    ", 1)},
-            r"bodies\.barge: found 3e\+05 kg in all and 5\.104e\+05 kg in its tanks",
-        ),
-        (
-            {
-                "mass": "mass: 2000 tonne\n    radii_of_gyration: [0.1, 0.1, 0.1]",
-                "pumps": "out: {source: peak, target: sea, rate: 400 tonne/hour}",
-            },
+            {"mass": "mass: 2000 tonne\n    radii_of_gyration: [0.1, 0.1, 0.1]"},
             r"barge\.inertia, radii_of_gyration: found values .* of -\S+ kg m.* at 3600 s, with",
-        ),
-        (
-            {"mass": LIGHTSHIP + "\n    mass: 1000"},
-            r"found lightship and mass; expected one of them",
-        ),
-        ({"mass": LIGHTSHIP + "\n    weight: balanced"}, r"weight: found balanced and tanks"),
-        ({"tanks": TANKS.replace("level: 2 m", "level: 7 m")}, r"tanks\.wing\.level: found 7 m"),
-        (
-            {"tanks": TANKS.replace("level: 2 m", "level: 2, plan: {time: [1, 2], level: [1, 2]}")},
-            r"tanks\.wing\.plan\.level: found 1 m at the first time",
-        ),
-        ({"tanks": TANKS.replace("1000", "1025", 1)}, r"fluids of 1025 and 1000 kg/m\^3"),
-        (
-            {"pumps": PUMPS.replace("below: 1.9 m", "below: 9 m")},
-            r"pumps\.trim\.start: found 9 m; expected 0 to 5 m, the height of the tank wing",
-        ),
-        (
-            {"pumps": "out: {source: wing, target: sea, rate: 1, stop: {tank: wing, below: 3 m}}"},
-            r"pumps\.out: has nothing to pump at 0 s: .* or its final level reached",
-        ),
-        (
-            {"tanks": TANKS.replace("longitudinal: [100, 100", "longitudinal: [100, -100")},
-            r"longitudinal.*found -100; expected a second moment of area.*0 or more",
-        ),
-        (
-            {"pumps": "out: {source: wing, target: sea, rate: 1, stop: {channel: level}}"},
-            r"pumps\.out\.stop: found no value; expected either above or below",
-        ),
-        (
-            {"pumps": PUMPS.replace("start: 60 s", "start: 40 min")},
-            r"pumps\.out\.stop: found 1800 s; expected a time after the start",
         ),
     ],
 )
-def test_what_cannot_be_pumped_is_refused(load: Load, changes: dict[str, str], said: str) -> None:
+def test_a_tank_that_cannot_be_emptied(load: Load, changes: dict[str, str], said: str) -> None:
     with pytest.raises(InputError, match=said):
-        hs.compile_scene(load(**changes))
+        hs.compile_scene(load(**changes, pumps=f"out: {{source: peak, target: sea, {FLOW}}}"))

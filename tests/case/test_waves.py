@@ -1,7 +1,5 @@
 """The waves of a case: every kind, its keys and files, and what it becomes in the scene."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
+from text_tables import rows
 
 from hydrosim import scene
 from hydrosim.case import Case
@@ -116,9 +115,7 @@ def test_as_many_components_as_programs_write_are_read(load: Load, tmp_path: Pat
     assert f"components: {{file: {tmp_path}/sea.csv}}" in resolved
 
 
-def test_components_of_a_file_take_what_is_left_out_from_the_sea(
-    load: Load, tmp_path: Path
-) -> None:
+def test_components_of_a_file_take_what_is_left_out_of_the_sea(load: Load, tmp_path: Path) -> None:
     (tmp_path / "sea.csv").write_text("period,amplitude\n8,0.5\n10,1\n")
     waves = "spectrum: components, heading: 10 deg, components: {file: sea.csv}"
     sea = train(load, waves).spectrum
@@ -258,110 +255,78 @@ def test_probes(load: Load) -> None:
     assert load(text).scene().wave_probes == {"bow": (70.0, 0.0), "stern": (-70.0, 1000.0)}
 
 
-@pytest.mark.parametrize(
-    ("text", "found"),
-    [
-        (f"spectrum: jonswap, {PEAK}, amplitudes: random", 'amplitudes: found "random"; expected'),
-        (f"spectrum: jonswap, {PEAK}, spreading: 0", "spreading: found 0; expected a sharpness"),
-        (f"spectrum: jonswap, {PEAK}, spreading: 10 deg", 'spreading: found "10 deg"'),
-        ("spectrum: ochi_hubble, peaks: []", "peaks: found nothing in it"),
-        (
-            "spectrum: white_noise, significant_height: 1, lowest_frequency: 2,"
-            " highest_frequency: 0.1 Hz",
-            "waves: found a band from 2 to 0.628319 rad/s; expected lowest below highest",
-        ),
-        (
-            "spectrum: components, components: [{amplitude: 1, period: 1, frequency: 1}]",
-            "components.0: found period and frequency; expected either",
-        ),
-        (
-            "spectrum: components, components: [{amplitude: 1, frequency: 1 1/s}]",
-            'components.0.frequency: found "1 1/s"; expected a frequency in rad/s',
-        ),
-        ("spectrum: components, components: {file: none.csv}", "file: found no such file at"),
-        ("spectrum: components, components: {fil: a.csv}", "fil: found an unknown key; expected"),
-        ("spectrum: table, frequency: [1, 2]", "found frequency; expected frequency and density"),
-        ("spectrum: table, frequency: [1], density: [1]", "frequency: found 1 in the list"),
-        (
-            "spectrum: table, frequency: [1, 2], density: [1, 2, 3]",
-            "found 2 frequencies and 3 densities; expected a density for each frequency",
-        ),
-        (
-            "spectrum: table, frequency: [2, 1], density: [1, 2]",
-            "frequency: found 1 after 2; expected values that rise",
-        ),
-        (
-            "spectrum: table, frequency: [1, 2], density: [1, 2 m^2*s]",
-            'density.1: found "2 m^2*s"; expected a spectral density in m^2*s/rad',
-        ),
-        ("spectrum: table, file: none.csv", "waves.file: found no such file at"),
-        ("spectrum: table, file: bad.csv", "bad.csv: found -1; expected frequencies and densities"),
-        ("spectrum: directional_table, file: none.nc, x_axis: 0", "file: found no such file at"),
-        ("spectrum: directional_table, file: sea.nc", 'found no key "x_axis"; expected an angle'),
-        (
-            "spectrum: directional_table, file: sea.nc, x_axis: 0",
-            "sea.nc: found 2 of time; expected one; select: {time: 0} is the first",
-        ),
-        (
-            "spectrum: directional_table, file: sea.nc, x_axis: 0, select: {time: 0, site: 1}",
-            'found no dimension "site"; expected one of: time',
-        ),
-        (
-            "spectrum: directional_table, file: bad.csv, x_axis: 0",
-            "bad.csv: cannot be read as netCDF",
-        ),
-        ("spectrum: recorded, file: none.csv, column: 2", "waves.file: found no such file at"),
-    ],
-)
-def test_refused(load: Load, tmp_path: Path, text: str, found: str) -> None:
+REFUSED = """
+  jonswap, PEAK, amplitudes: random | amplitudes: found "random"; expected
+  jonswap, PEAK, spreading: 0 | spreading: found 0; expected a sharpness
+  jonswap, PEAK, spreading: 10 deg | spreading: found "10 deg"
+  ochi_hubble, peaks: [] | peaks: found nothing in it
+  white_noise, significant_height: 1, lowest_frequency: 2, highest_frequency: 0.1 Hz | \
+    waves: found a band from 2 to 0.628319 rad/s; expected lowest below highest
+  components, components: [{amplitude: 1, period: 1, frequency: 1}] | \
+    components.0: found period and frequency; expected either
+  components, components: [{amplitude: 1, frequency: 1 1/s}] | \
+    components.0.frequency: found "1 1/s"; expected a frequency in rad/s
+  components, components: {file: none.csv} | file: found no such file at
+  components, components: {fil: a.csv} | fil: found an unknown key; expected
+  table, frequency: [1, 2] | found frequency; expected frequency and density
+  table, frequency: [1], density: [1] | frequency: found 1 in the list
+  table, frequency: [1, 2], density: [1, 2, 3] | \
+    found 2 frequencies and 3 densities; expected a density for each frequency
+  table, frequency: [2, 1], density: [1, 2] | frequency: found 1 after 2; expected values that rise
+  table, frequency: [1, 2], density: [1, 2 m^2*s] | \
+    density.1: found "2 m^2*s"; expected a spectral density in m^2*s/rad
+  table, file: none.csv | waves.file: found no such file at
+  table, file: bad.csv | bad.csv: found -1; expected frequencies and densities
+  directional_table, file: none.nc, x_axis: 0 | file: found no such file at
+  directional_table, file: sea.nc | found no key "x_axis"; expected an angle
+  directional_table, file: sea.nc, x_axis: 0 | \
+    sea.nc: found 2 of time; expected one; select: {time: 0} is the first
+  directional_table, file: sea.nc, x_axis: 0, select: {time: 0, site: 1} | \
+    found no dimension "site"; expected one of: time
+  directional_table, file: bad.csv, x_axis: 0 | bad.csv: cannot be read as netCDF
+  recorded, file: none.csv, column: 2 | waves.file: found no such file at
+"""
+
+
+@pytest.mark.parametrize(("spectrum", "found"), rows(REFUSED.replace("PEAK", PEAK)))
+def test_refused(load: Load, tmp_path: Path, spectrum: str, found: str) -> None:
     (tmp_path / "bad.csv").write_text("0.1 1\n0.2 2\n0.3 -1\n0.4 0\n")
     wavespectra_file(tmp_path / "sea.nc")
     with pytest.raises(InputError) as caught:  # by the case, or by the file that it names
-        load(case(text)).scene()
+        load(case(f"spectrum: {spectrum}")).scene()
     assert found in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("change", "found"),
-    [
-        (lambda efth: efth.where(efth.dir != 30), "found densities that are negative or missing"),
-        (
-            lambda efth: efth.isel(dir=[0, 1, 5]),
-            r"found directions unequally far apart \(10, 40 deg\); expected equal steps",
-        ),
-        (lambda efth: efth.isel(dir=[0]), "found one direction alone; expected equal steps"),
-        (
-            lambda efth: xr.concat([efth, efth.isel(dir=[24]).assign_coords(dir=[360.0])], "dir"),
-            "found 0 and 360 deg, one direction, with different densities; expected each",
-        ),
-        (lambda efth: efth.drop_vars("dir"), "found no values of freq or dir; expected efth over"),
-        (
-            lambda efth: efth.assign_coords(dir=efth.dir.assign_attrs(units="rad")),
-            "found dir in rad; expected deg, as wavespectra has it",
-        ),
-        (
-            lambda efth: efth.assign_coords(freq=efth.freq.assign_attrs(units="rad/s")),
-            "found freq in rad/s; expected Hz, as wavespectra has it",
-        ),
-        (
-            lambda efth: efth.assign_coords(
-                dir=efth.dir.assign_attrs(long_name="to direction, from direction")
-            ),
-            'found dir with long_name "to direction, from direction"; expected either from or to',
-        ),
-        (lambda efth: efth.isel(freq=[0]), "found frequencies that do not rise"),
-        (lambda efth: efth.isel(freq=slice(None, None, -1)), "found frequencies that do not rise"),
-        (lambda efth: efth.assign_attrs(units="m2 s/rad"), "found efth in m2 s/rad; expected"),
-        (
-            lambda efth: efth.rename(freq="frequency"),
-            "found the variables efth; expected efth over",
-        ),
-    ],
-)
-def test_bad_spectra_over_direction(
-    load: Load, tmp_path: Path, change: Callable[[xr.DataArray], xr.DataArray], found: str
-) -> None:
+BAD_SPECTRA: dict[str, Callable[[xr.DataArray], xr.DataArray]] = {
+    "densities that are negative or missing": lambda efth: efth.where(efth.dir != 30),
+    r"directions unequally far apart \(10, 40 deg\); expected equal steps": lambda efth: efth.isel(
+        dir=[0, 1, 5]
+    ),
+    "one direction alone; expected equal steps": lambda efth: efth.isel(dir=[0]),
+    "0 and 360 deg, one direction, with different densities; expected each": lambda efth: xr.concat(
+        [efth, efth.isel(dir=[24]).assign_coords(dir=[360.0])], "dir"
+    ),
+    "no values of freq or dir; expected efth over": lambda efth: efth.drop_vars("dir"),
+    "dir in rad; expected deg, as wavespectra has it": lambda efth: told(efth, "dir", units="rad"),
+    "freq in rad/s; expected Hz, as wave": lambda efth: told(efth, "freq", units="rad/s"),
+    'dir with long_name "to direction, from direction"; expected either from or to': (
+        lambda efth: told(efth, "dir", long_name="to direction, from direction")
+    ),
+    "frequencies that do not rise": lambda efth: efth.isel(freq=slice(None, None, -1)),
+    "frequencies that do not ri": lambda efth: efth.isel(freq=[0]),
+    "efth in m2 s/rad; expected": lambda efth: efth.assign_attrs(units="m2 s/rad"),
+    "the variables efth; expected efth over": lambda efth: efth.rename(freq="frequency"),
+}
+
+
+def told(efth: xr.DataArray, dim: str, **attributes: str) -> xr.DataArray:
+    """With other attributes of a coordinate."""
+    return efth.assign_coords({dim: efth[dim].assign_attrs(attributes)})
+
+
+@pytest.mark.parametrize("found", BAD_SPECTRA)
+def test_bad_spectra_over_direction(load: Load, tmp_path: Path, found: str) -> None:
     efth = wavespectra_file(tmp_path / "unused.nc")[0]
-    change(efth).to_dataset(name="efth").to_netcdf(tmp_path / "sea.nc")
-    with pytest.raises(InputError, match=found):
+    BAD_SPECTRA[found](efth).to_dataset(name="efth").to_netcdf(tmp_path / "sea.nc")
+    with pytest.raises(InputError, match=f"found {found}"):
         load(case("spectrum: directional_table, file: sea.nc, x_axis: 90 deg")).scene()

@@ -1,14 +1,12 @@
 """`hydrosim calibrate` from the command line, and a case that names the same recording."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from command_line import Command
+from command_line import Command, refusal, succeeds
 
 import hydrosim as hs
 
@@ -36,10 +34,9 @@ def calibrate(hydrosim: Command) -> Command:
 
 
 def test_a_decay_is_told_drawn_and_written_as_keys(calibrate: Command) -> None:
-    done = calibrate("decay.csv", "-o", "keys.yaml", "--body", "block")
-    assert done.code == 0, done.err
-    assert "The records do not tell p2, p3 from zero" in done.out
-    assert "natural period [s]" in done.out
+    printed = succeeds(calibrate, "decay.csv", "-o", "keys.yaml", "--body", "block")
+    assert "The records do not tell p2, p3 from zero" in printed
+    assert "natural period [s]" in printed
     assert Path("keys.png").stat().st_size > 1e4
     keys = yaml.safe_load(Path("keys.yaml").read_text())["forces"]["roll_damping"]
     assert keys["type"] == "viscous_roll"
@@ -52,9 +49,8 @@ def test_a_decay_is_told_drawn_and_written_as_keys(calibrate: Command) -> None:
 
 
 def test_without_a_file_keys_are_printed(calibrate: Command) -> None:
-    done = calibrate("decay.csv", "decay.csv")
-    assert done.code == 0, done.err
-    assert "type: viscous_roll body: barge p1:" in done.out
+    printed = succeeds(calibrate, "decay.csv", "decay.csv")
+    assert "type: viscous_roll body: barge p1:" in printed
     assert Path("decay_fit.png").exists()
 
 
@@ -69,16 +65,13 @@ def test_without_a_file_keys_are_printed(calibrate: Command) -> None:
     ],
 )
 def test_mistakes_are_told(calibrate: Command, arguments: list[str], said: str) -> None:
-    done = calibrate(*arguments)
-    assert done.code == 2
-    assert said in done.err
+    assert said in refusal(calibrate, Path(), *arguments)
 
 
 def test_a_case_fits_the_recording_that_it_names(calibrate: Command) -> None:
     Path("case.yaml").write_text(CASE)
     (bilges,) = hs.load_case("case.yaml").scene().forces.values()
-    done = calibrate("decay.csv", "-o", "keys.yaml")
-    assert done.code == 0
+    succeeds(calibrate, "decay.csv", "-o", "keys.yaml")
     keys = yaml.safe_load(Path("keys.yaml").read_text())["forces"]["roll_damping"]
     for key in ("p1", "p2", "p3", "period"):
         assert getattr(bilges, key) == pytest.approx(float(keys[key].split()[0]), rel=1e-5)

@@ -1,7 +1,5 @@
 """A compile is announced where one begins, and only there."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from command_line import printed

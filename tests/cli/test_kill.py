@@ -1,7 +1,5 @@
 """Commands that are ended from outside, by real signals, and go on."""
 
-from __future__ import annotations
-
 import os
 import pty
 import resource

@@ -1,36 +1,30 @@
 """`hydrosim line` from the command line."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 
 import pytest
-from command_line import Command
+from command_line import Command, refusal, succeeds
 from validation_data import unpacked
 
 FILE = unpacked("lines/semi_taut.txt")
-CASE = """
+LINE = """
+    type: catenary
+    body: block
+    point: [0 m, 0 m, 0 m]
+    segments: [{length: 280 m, weight: 1 kN/m, stiffness: 800 MN}]
+"""
+CASE = f"""
 title: moored
 duration: 10 s
-environment: {water_depth: 60 m}
+environment: {{water_depth: 60 m}}
 bodies:
-  block: {mass: 1e6 kg, radii_of_gyration: [5 m, 5 m, 5 m], dofs: [surge, sway, yaw]}
+  block: {{mass: 1e6 kg, radii_of_gyration: [5 m, 5 m, 5 m], dofs: [surge, sway, yaw]}}
 forces:
-  bow:
-    type: catenary
-    body: block
-    point: [0 m, 0 m, 0 m]
-    anchor: [260 m, 0 m, -60 m]
-    segments: [{length: 280 m, weight: 1 kN/m, stiffness: 800 MN}]
-    seabed: {friction: 0}
-  stern:
-    type: catenary
-    body: block
-    point: [0 m, 0 m, 0 m]
-    anchor: [-260 m, 0 m, -60 m]
-    segments: [{length: 280 m, weight: 1 kN/m, stiffness: 800 MN}]
-    seabed: {friction: 0.5}
+  bow:{LINE}    anchor: [260 m, 0 m, -60 m]
+    seabed: {{friction: 0}}
+  stern:{LINE}    anchor: [-260 m, 0 m, -60 m]
+    seabed: {{friction: 0.5}}
 """
 
 
@@ -43,12 +37,11 @@ def line(hydrosim: Command) -> Command:
 
 def test_file(line: Command) -> None:
     """All lines at rest, one over offsets, and a picture."""
-    done = line(FILE)
-    assert done.code == 0
-    assert "2 60 1,205 945.4 747.4 38.33 945.4 318.3 697.5" in done.out
-    assert "6 -60" in done.out
-    assert "Offset of the fairlead away from the anchor" in done.out
-    assert "Offset of the fairlead upward" in done.out
+    printed = succeeds(line, FILE)
+    assert "2 60 1,205 945.4 747.4 38.33 945.4 318.3 697.5" in printed
+    assert "6 -60" in printed
+    assert "Offset of the fairlead away from the anchor" in printed
+    assert "Offset of the fairlead upward" in printed
     assert Path("semi_taut_line.png").stat().st_size > 1e4
     other = line(FILE, "--line", "4", "--offset", "5 m", "-o", "four.png")
     assert "4 180 1,205" in other.out
@@ -59,20 +52,18 @@ def test_file(line: Command) -> None:
 
 def test_case(line: Command) -> None:
     """Lines of a case, with its bodies as they start; friction is explained on demand."""
-    done = line("case.yaml", "--line", "stern", "--verbose")
-    assert done.code == 0
-    assert "moored: line stern" in done.out
-    assert "With friction on the seabed the pull has no potential" in done.out
-    table = done.out.split("Offset of the fairlead away from the anchor")[1].split("upward")[0]
+    printed = succeeds(line, "case.yaml", "--line", "stern", "--verbose")
+    assert "moored: line stern" in printed
+    assert "With friction on the seabed the pull has no potential" in printed
+    table = printed.split("Offset of the fairlead away from the anchor")[1].split("upward")[0]
     assert "stiffness [MN/m]" in table  # the case writes MN
     assert Path("case_line.png").exists()
 
 
 def test_keys(line: Command) -> None:
     """`--case` prints keys alone."""
-    done = line(FILE, "--case")
-    assert done.code == 0
-    assert "line_2: type: catenary body: vessel point: [29 m, 50.23 m, -14 m]" in done.out
+    keys = "line_2: type: catenary body: vessel point: [29 m, 50.23 m, -14 m]"
+    assert keys in succeeds(line, FILE, "--case")
 
 
 @pytest.mark.parametrize(
@@ -87,6 +78,4 @@ def test_keys(line: Command) -> None:
 )
 def test_refused(line: Command, arguments: list[str], said: str) -> None:
     """Mistakes are told in words."""
-    done = line(*arguments)
-    assert done.code == 2
-    assert said in done.err
+    assert said in refusal(line, Path(), *arguments)

@@ -1,12 +1,10 @@
 """`hydrosim new`: cases from main particulars can be checked at once; wrong ones are refused."""
 
-from __future__ import annotations
-
 from math import tanh
 from pathlib import Path
 
 import pytest
-from command_line import Command, command, files
+from command_line import Command, command, refusal, succeeds
 from scipy.optimize import brentq
 
 import hydrosim as hs
@@ -32,14 +30,12 @@ def test_a_slender_hull_passes_check(run: Command, tmp_path: Path) -> None:
 
 def test_a_new_case_passes_check(run: Command, tmp_path: Path) -> None:
     path = tmp_path / "own.yaml"
-    result = run("new", path, *SIDES)
-    assert result.code == 0
-    checked = run("check", path)
-    assert checked.code == 0
-    assert "warning" not in checked.out
-    assert "ok The step of 0.1 s is stable" in checked.out
+    succeeds(run, "new", path, *SIDES)
+    said = succeeds(run, "check", path)
+    assert "warning" not in said
+    assert "ok The step of 0.1 s is stable" in said
     for dof, period in Particulars(180.0, 55.0, 8.0, 1.0, 8.0).periods().items():
-        assert f"barge {dof} {period:.1f}" in checked.out
+        assert f"barge {dof} {period:.1f}" in said
 
 
 def test_its_recipe_can_be_read(run: Command, tmp_path: Path) -> None:
@@ -64,11 +60,8 @@ def test_a_case_with_its_database(run: Command, tmp_path: Path) -> None:
 @pytest.mark.parametrize("taken", ["own.yaml", "own_hull.yaml"])
 def test_nothing_is_replaced(run: Command, tmp_path: Path, taken: str) -> None:
     (tmp_path / taken).write_text("mine")
-    before = files(tmp_path)
-    result = run("new", tmp_path / "own.yaml", *SIDES)
-    assert result.code == 2
-    assert f"{taken} exists and is not replaced" in result.err
-    assert files(tmp_path) == before
+    said = refusal(run, tmp_path, "new", tmp_path / "own.yaml", *SIDES)
+    assert f"{taken} exists and is not replaced" in said
 
 
 @pytest.mark.parametrize(
@@ -89,16 +82,12 @@ def test_nothing_is_replaced(run: Command, tmp_path: Path, taken: str) -> None:
 def test_wrong_particulars(
     run: Command, tmp_path: Path, options: tuple[object, ...], said: str
 ) -> None:
-    result = run("new", tmp_path / "own.yaml", *options)
-    assert result.code == 2
-    assert said in result.err
-    assert not list(tmp_path.iterdir())
+    assert said in refusal(run, tmp_path, "new", tmp_path / "own.yaml", *options)
 
 
 def test_only_yaml_is_a_case(run: Command, tmp_path: Path) -> None:
-    result = run("new", tmp_path / "own.nc", *SIDES)
-    assert result.code == 2
-    assert "expected a name that ends in .yaml" in result.err
+    said = refusal(run, tmp_path, "new", tmp_path / "own.nc", *SIDES)
+    assert "expected a name that ends in .yaml" in said
 
 
 @pytest.mark.parametrize("depth", [10, 20, 40, 100, 1000])

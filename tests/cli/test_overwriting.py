@@ -1,7 +1,5 @@
 """What commands may write over: earlier results of the same, and nothing else unasked."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Callable
@@ -9,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from command_line import Command, command, files
+from command_line import Command, command, files, refusal, succeeds
 from scenes import SWINGING_BLOCK
 
 from hydrosim.files.outputs import Output, content
@@ -48,15 +46,6 @@ def hydrosim(
     return command(monkeypatch, capsys)
 
 
-def refused(hydrosim: Command, folder: Path, *arguments: object) -> str:
-    """What is said; nothing is changed on the disk."""
-    before = files(folder)
-    result = hydrosim(*arguments)
-    assert (result.code, result.out) == (2, "")
-    assert files(folder) == before
-    return result.err
-
-
 @pytest.mark.slow
 def test_a_command_again_and_again(hydrosim: Command, folder: Path) -> None:
     names = None
@@ -68,7 +57,7 @@ def test_a_command_again_and_again(hydrosim: Command, folder: Path) -> None:
             ("export", "block.nc", "--recording", "-o", "block.txt"),
             ("compare", "block.nc", "block.txt"),
         ):
-            assert hydrosim(*arguments).code == 0, arguments
+            succeeds(hydrosim, *arguments)
         assert names in (None, {*files(folder)})
         names = {*files(folder)}
 
@@ -84,7 +73,7 @@ def test_a_case_file_makes_no_file_elsewhere(hydrosim: Command, folder: Path, na
         assert hydrosim("run", "second.yaml").code == 0
         assert content(Path("first.nc")) == "run of [first.yaml]"
         return
-    said = refused(hydrosim, folder, "run", "second.yaml")
+    said = refusal(hydrosim, folder, "run", "second.yaml")
     assert f"file: {Path(name).name} (a run of first.yaml)" in said
 
 
@@ -97,12 +86,8 @@ def test_a_result_is_not_put_on_its_database(hydrosim: Command, folder: Path) ->
     assert "again.nc is an input here; the result goes to again_run.nc" in result.err
     assert content(Path("again.nc")) == "run of [block.yaml]"
     for more in ((), ("--overwrite",)):
-        said = refused(hydrosim, folder, "run", "again.yaml", "-o", "again.nc", *more)
+        said = refusal(hydrosim, folder, "run", "again.yaml", "-o", "again.nc", *more)
         assert "again.nc is an input and would be overwritten" in said
-
-
-def letter() -> None:
-    Path("x.nc").write_text("a letter")
 
 
 def link() -> None:
@@ -118,41 +103,34 @@ def another_run(hydrosim: Command) -> None:
 @pytest.mark.parametrize(
     ("make", "words", "overwritten"),
     [
-        (letter, "is not a result of this program", True),
+        (lambda: Path("x.nc").write_text("a letter"), "is not a result of this program", True),
         (link, "x.nc is a link, which is never replaced", False),
         (lambda: os.mkfifo("x.nc"), "x.nc is a pipe", False),
     ],
 )
 @pytest.mark.parametrize("name", ["run", "converge"])
 def test_what_is_there_stays(
-    hydrosim: Command,
-    folder: Path,
-    name: str,
-    make: Callable[[], None],
-    words: str,
-    overwritten: bool,
+    hydrosim: Command, folder: Path, name: str, make: Callable, words: str, overwritten: bool
 ) -> None:
     make()
-    assert words in refused(hydrosim, folder, name, "block.yaml", "-o", "x.nc")
+    assert words in refusal(hydrosim, folder, name, "block.yaml", "-o", "x.nc")
     if not overwritten:
-        refused(hydrosim, folder, name, "block.yaml", "-o", "x.nc", "--overwrite")
+        refusal(hydrosim, folder, name, "block.yaml", "-o", "x.nc", "--overwrite")
     elif name != "converge":
         assert hydrosim(name, "block.yaml", "-o", "x.nc", "--overwrite").code == 0
 
 
 def test_the_run_of_another_case_stays(hydrosim: Command, folder: Path) -> None:
     another_run(hydrosim)
-    said = refused(hydrosim, folder, "run", "block.yaml", "-o", "x.nc")
+    said = refusal(hydrosim, folder, "run", "block.yaml", "-o", "x.nc")
     assert "x.nc exists and is the run of [other.yaml]; expected a new name" in said
     assert "--overwrite" in said
     Path("block.png").write_text("a picture")
-    assert "block.png exists" in refused(hydrosim, folder, "run", "block.yaml", "--plot")
+    assert "block.png exists" in refusal(hydrosim, folder, "run", "block.yaml", "--plot")
     for device in ("/dev/null", "/dev/full"):
-        assert "ends in .nc" in refused(hydrosim, folder, "run", "block.yaml", "-o", device)
-        said = refused(
-            hydrosim, folder, "export", "x.nc", "--recording", "-o", device, "--overwrite"
-        )
-        assert "is a device" in said
+        assert "ends in .nc" in refusal(hydrosim, folder, "run", "block.yaml", "-o", device)
+        export = ("export", "x.nc", "--recording", "-o", device, "--overwrite")
+        assert "is a device" in refusal(hydrosim, folder, *export)
 
 
 def test_a_failed_run_leaves_a_complete_one(hydrosim: Command, folder: Path) -> None:
@@ -233,7 +211,7 @@ def test_what_is_made_by_another_process_is_refused(hydrosim: Command, folder: P
             os.write(write, b"!")
             signal.pause()
     os.read(read, 1)
-    said = refused(hydrosim, folder, "run", "block.yaml", "-o", "r.nc")
+    said = refusal(hydrosim, folder, "run", "block.yaml", "-o", "r.nc")
     assert f"r.nc: is being written by another process, {pid}@" in said
     os.kill(pid, signal.SIGKILL)
     os.waitpid(pid, 0)
@@ -244,7 +222,7 @@ def test_what_is_made_by_another_process_is_refused(hydrosim: Command, folder: P
 def test_what_stands_where_a_checkpoint_goes_stays(hydrosim: Command, folder: Path) -> None:
     Path("r.nc.checkpoint").write_text("a letter")
     for more in ((), ("--overwrite",), ("--resume",)):
-        said = refused(hydrosim, folder, "run", "block.yaml", "-o", "r.nc", *more)
+        said = refusal(hydrosim, folder, "run", "block.yaml", "-o", "r.nc", *more)
         assert "r.nc.checkpoint: is not a checkpoint of this program" in said
 
 
@@ -269,7 +247,7 @@ def test_a_name_that_is_too_long(
     Path("first.yaml").write_text(BLOCK)
     Path("staged.yaml").write_text(STAGED.replace("FILE", f"{LONG}/first.nc"))
     Path("long.yaml").write_text(f"extends: {LONG}.yaml\n")
-    assert words in refused(hydrosim, folder, *arguments)
+    assert words in refusal(hydrosim, folder, *arguments)
 
 
 COUNTED = """\
@@ -282,9 +260,8 @@ figures: {far: {channel: position.block.surge, statistic: largest}}
 def test_the_table_of_a_sweep_lies_beside_its_result(hydrosim: Command, folder: Path) -> None:
     Path("study.yaml").write_text(COUNTED)
     Path("results").mkdir()
-    result = hydrosim("sweep", "study.yaml", "-o", "results/a.nc")
-    assert result.code == 0
-    assert "table results/a.csv" in result.out
+    said = succeeds(hydrosim, "sweep", "study.yaml", "-o", "results/a.nc")
+    assert "table results/a.csv" in said
     assert {path.name for path in Path("results").iterdir()} == {"a.nc", "a.csv"}
     assert not Path("a.csv").exists()
     assert content(Path("results/a.csv")) == "table of [a.nc]"
@@ -299,6 +276,6 @@ def test_a_table_that_is_in_the_way_is_told_before_the_first_run(
     Path("study.yaml").write_text(COUNTED + more)
     Path("results").mkdir()
     Path("results/a.csv").write_text("a letter")
-    said = refused(hydrosim, folder, "sweep", "study.yaml", "-o", "results/a.nc")
+    said = refusal(hydrosim, folder, "sweep", "study.yaml", "-o", "results/a.nc")
     assert "results/a.csv exists and is not a result of this program" in said
     assert hydrosim("sweep", "study.yaml", "-o", "results/b.nc").code == 0

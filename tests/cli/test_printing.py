@@ -1,7 +1,5 @@
 """What is printed can be printed, wherever that is, and steers no terminal."""
 
-from __future__ import annotations
-
 import ast
 import os
 import pty
@@ -77,34 +75,28 @@ def test_a_full_disk_behind_the_terminal() -> None:
     assert said == "error [Errno 28] No space left on device\n"
 
 
+def run_completely(folder: Path, **streams: Any) -> None:
+    """A run in a process with these streams writes its whole result."""
+    (folder / "case.yaml").write_text(BLOCK)
+    command = [sys.executable, "-m", "hydrosim", "run", "case.yaml", "-o", "run.nc"]
+    known = {"PYTHONPATH": str(ROOT), **os.environ}
+    subprocess.run(command, cwd=folder, env=known, check=True, **streams)
+    assert xr.load_dataset(folder / "run.nc").attrs["status"] == "complete"
+
+
 @pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
 @pytest.mark.slow
 def test_closed_streams_lose_nothing(tmp_path: Path, closed: tuple[int, ...]) -> None:
     """The next file that is opened, a result perhaps, must not take their place, either."""
-    (tmp_path / "case.yaml").write_text(BLOCK)
-
-    def close() -> None:
-        for descriptor in closed:
-            os.close(descriptor)
-
-    command = [sys.executable, "-m", "hydrosim", "run", "case.yaml", "-o", "run.nc"]
-    known = {"PYTHONPATH": str(ROOT), **os.environ}
-    done = subprocess.run(command, cwd=tmp_path, env=known, preexec_fn=close, check=False)
-    assert done.returncode == 0
-    assert xr.load_dataset(tmp_path / "run.nc").attrs["status"] == "complete"
+    run_completely(tmp_path, preexec_fn=lambda: [os.close(descriptor) for descriptor in closed])
 
 
 @pytest.mark.slow
 def test_who_has_seen_enough_ends_no_run(tmp_path: Path) -> None:
-    (tmp_path / "case.yaml").write_text(BLOCK)
-    command = [sys.executable, "-m", "hydrosim", "run", "case.yaml", "-o", "run.nc"]
-    known = {"PYTHONPATH": str(ROOT), **os.environ}
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(command, cwd=tmp_path, env=known, stdout=write, stderr=write, check=False)
+    run_completely(tmp_path, stdout=write, stderr=write)
     os.close(write)
-    assert done.returncode == 0
-    assert xr.load_dataset(tmp_path / "run.nc").attrs["status"] == "complete"
 
 
 def test_a_warning_is_a_line_of_its_own_kind(tmp_path: Path) -> None:

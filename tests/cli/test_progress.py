@@ -1,7 +1,5 @@
 """What commands say of their progress where there is no terminal. No test waits: time is given."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import islice, pairwise
 

@@ -1,7 +1,5 @@
 """Two results are identical to the bit, or each difference that is planted is named."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

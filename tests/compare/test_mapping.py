@@ -1,7 +1,5 @@
 """Mapping files, and guesses where there is none."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

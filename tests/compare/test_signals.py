@@ -1,7 +1,5 @@
 """Lags, bands and fits against what was made."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

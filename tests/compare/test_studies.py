@@ -1,7 +1,5 @@
 """Two sets of runs: what differs is named, what does not is not, as often as is promised."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,8 +1,6 @@
 """Values of engineers that are wrong by a unit, a sign or a frame: asked about; the right value of
 the same key is not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import pi
 from pathlib import Path
@@ -73,13 +71,7 @@ MISTAKES: list[Mistake] = [
     (FLOAT_OVER, "forces.interface.friction.damping", 3.3e11, 3.3e8, "times critical"),
     (FLOAT_OVER, "forces.interface.friction.slip_damping", 1e11, 1e7, "times critical"),
     (TENDER, "forces.fenders.normal", PRESSED | {"damping": 1.5e10}, PRESSED, "times critical"),
-    (
-        TENDER,
-        "forces.bow_breast.length",
-        "79.5 m",
-        "8.2 m",
-        "at the start; usual is up to 5",
-    ),
+    (TENDER, "forces.bow_breast.length", "79.5 m", "8.2 m", "at the start; usual is up to 5"),
     (TENDER, "forces.tender_wind.surge", [-25, -18, 0, 18, 25], [25, 18, 0, -18, -25], "against"),
     (TENDER, "forces.tender_wind.sway", [0, -36, -51, -36, 0], [0, 36, 51, 36, 0], "against the s"),
     (TENDER, "forces.barge_current.sway", [0, 65e6, 129e6, 65e6, 0], [0, 6e4, 1e5, 6e4, 0], "kN?"),
@@ -94,13 +86,11 @@ MISTAKES: list[Mistake] = [
 
 
 def said(case: str, key: str, value: Any) -> list[str]:
-    """What is told of a case with another value of one key: refusal or questions. Waves are left
-    out of the question where it is of forces or bodies."""
+    """The refusal or questions of a case with another value; waves only where they are meant."""
     try:
         scene = load_case(CASES / case, {key: value}).scene()
-        notes = compile_scene(
-            in_waves(scene) if key.startswith(("bodies", "forces")) else scene
-        ).notes
+        calm = in_waves(scene) if key.startswith(("bodies", "forces")) else scene
+        notes = compile_scene(calm).notes
     except InputError as error:
         return [str(error)]
     return [text for text in notes.warnings if "accept: [" in text]

@@ -1,8 +1,5 @@
 """`solver: {method: automatic, tolerance: E}`: what is chosen, kept, and how exact it is."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,73 +11,60 @@ from scenes import in_contact, in_waves, scene_of
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import Fender, StickSlip
 from hydrosim.errors import InputError
-from hydrosim.scene import (
-    Jonswap,
-    Kinematics,
-    LinearScenes,
-    Method,
-    Scene,
-    Solver,
-    Start,
-    Tolerance,
-    WaveTrain,
-)
+from hydrosim.scene import Kinematics, LinearScenes, Method
 
 CASES = Path(hs.__file__).parents[1] / "cases"
-Figure = Callable[[str, float], None]
-SEA = WaveTrain(Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3), heading=0.6)
+SPECTRUM = hs.Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3)
+SEA = hs.WaveTrain(SPECTRUM, heading=0.6)
 
 
-def automatic(scene: Scene, accuracy: float) -> Scene:
+def automatic(scene: hs.Scene, accuracy: float) -> hs.Scene:
     solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=accuracy)
     return replace(scene, solver=solver)
 
 
-def stiff(scene: Scene, times: float) -> Scene:
+def stiff(scene: hs.Scene, times: float) -> hs.Scene:
     """The scene with nodes of its interface so many times as stiff."""
     fender = scene.forces["interface"]
-    assert isinstance(fender, Fender)
-    assert isinstance(fender.friction, StickSlip)
+    assert isinstance(fender, hs.Fender)
+    assert isinstance(fender.friction, hs.StickSlip)
     law = replace(fender.friction, stiffness=times * fender.friction.stiffness)
     return replace(scene, forces={**scene.forces, "interface": replace(fender, friction=law)})
 
 
-def by_dopri5(scene: Scene, relative: float) -> Scene:
-    tolerance = Tolerance(relative, relative, relative / 100)
+def by_dopri5(scene: hs.Scene, relative: float) -> hs.Scene:
+    tolerance = hs.Tolerance(relative, relative, relative / 100)
     return replace(scene, solver=replace(scene.solver, method=Method.DOPRI5, tolerance=tolerance))
 
 
-def shipped(case: str, duration: float) -> Scene:
+def shipped(case: str, duration: float) -> hs.Scene:
     """The beginning of a shipped case, stepped."""
     scene = hs.load_case(CASES / case).scene()
     solver = replace(scene.solver, linear=LinearScenes.STEP)
     return replace(scene, duration=duration, output_step=0.5, solver=solver)
 
 
-def chosen(scene: Scene) -> tuple[Method, float]:
+def chosen(scene: hs.Scene) -> tuple[Method, float]:
     solver = compile_scene(scene, in_plane=True).scene.solver
     return solver.method, solver.tolerance.relative
 
 
 def apart(run: xr.Dataset, other: xr.Dataset) -> float:
     """Largest distance over the range of places, and of angles, of any body."""
-    ours, theirs = (
-        each.position.values.reshape(*each.position.shape[:2], 2, 3) for each in (run, other)
-    )
+    places = (each.position.values for each in (run, other))
+    ours, theirs = (place.reshape(*place.shape[:2], 2, 3) for place in places)
     ranges = np.maximum(np.ptp(theirs, axis=0).max(axis=2), 1e-6)
     return float((np.abs(ours - theirs).max(axis=(0, 3)) / ranges).max())
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
-def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None:
-    """The moored barge in a sea of all its degrees of freedom, against what is propagated exactly,
-    which takes no steps."""
+def test_errors_are_within_the_accuracy(accuracy: float, figure) -> None:
+    """The moored barge in an oblique sea, against exact propagation, which takes no steps."""
     free = scene_of("base")
     forces = {"mooring": free.forces["mooring"]}
     barge = in_waves(replace(free, forces=forces, duration=300.0), SEA)
-    barge = replace(barge, output_step=0.5, solver=Solver(kinematics=Kinematics.LINEAR))
+    barge = replace(barge, output_step=0.5, solver=hs.Solver(kinematics=Kinematics.LINEAR))
     exact = hs.simulate(barge)
     assert exact.attrs["solver_linear"].startswith("propagated")
     solver = replace(barge.solver, linear=LinearScenes.STEP)
@@ -91,10 +75,10 @@ def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None
     assert error < accuracy
 
 
-def test_contacts_within_the_accuracy(figure: Figure) -> None:
+def test_contacts_within_the_accuracy(figure) -> None:
     """The barge that knocks and sticks, against rk4 at a hundredth of its step."""
     scene = in_contact(30.0)
-    fine = hs.simulate(replace(scene, solver=Solver(step=1e-3)))
+    fine = hs.simulate(replace(scene, solver=hs.Solver(step=1e-3)))
     run = hs.simulate(automatic(scene, 1e-5))
     assert run.attrs["solver_events"] > 20
     error = apart(run, fine)
@@ -103,9 +87,7 @@ def test_contacts_within_the_accuracy(figure: Figure) -> None:
 
 
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
-def test_slow_paths_and_first_steps_are_within_the_accuracy(
-    accuracy: float, figure: Figure
-) -> None:
+def test_slow_paths_and_first_steps_are_within_the_accuracy(accuracy, figure):
     """The mating: its waves follow the slow path of the barge, in rows that are interpolated, and
     the topside begins to turn in steps as long as those of the records."""
     mating = shipped("mating/mating.yaml", 300.0)
@@ -116,9 +98,7 @@ def test_slow_paths_and_first_steps_are_within_the_accuracy(
 
 
 @pytest.mark.parametrize("accuracy", few((1e-4, 1e-7), 1))
-def test_errors_that_nothing_restores_are_within_the_accuracy(
-    accuracy: float, figure: Figure
-) -> None:
+def test_errors_that_nothing_restores_are_within_the_accuracy(accuracy, figure):
     """The sphere turns by more than a round in an hour, free in yaw and without damping there."""
     sphere = replace(shipped("sphere/irregular.yaml", 3600.0), output_step=2.0)
     run = hs.simulate(automatic(sphere, accuracy))
@@ -134,18 +114,15 @@ def test_duration_counts_where_nothing_restores_a_motion() -> None:
     """The barge is free in yaw, not in its plane; the method is the same."""
     scene = automatic(in_contact(10.0), 1e-6)
     hour = replace(scene, duration=3600.0)
-    short, long, plane = (
-        compile_scene(each, in_plane)
-        for each, in_plane in ((scene, False), (hour, False), (hour, True))
-    )
+    cases = ((scene, False), (hour, False), (hour, True))
+    short, long, plane = (compile_scene(case, in_plane) for case, in_plane in cases)
     assert len(plane.scene.bodies[0].dofs) < len(long.scene.bodies[0].dofs)
     tolerances = [each.scene.solver.tolerance.relative for each in (short, long, plane)]
     assert tolerances == pytest.approx([1e-6, 1e-6 / 6.0**1.5, 1e-6])
 
 
 def test_stiff_nodes_are_implicit() -> None:
-    """Nodes 100 times as stiff make explicit steps ten times as short; what a tight tolerance asks
-    for in any case is no reason."""
+    """Nodes 100 times as stiff make explicit steps short; a tight tolerance does in any case."""
     scene = in_contact(10.0)
     assert chosen(automatic(scene, 1e-6)) == (Method.DOPRI5, pytest.approx(1e-6))
     assert chosen(automatic(stiff(scene, 100.0), 1e-6)) == (Method.ESDIRK4, pytest.approx(1e-7))
@@ -167,7 +144,7 @@ def test_a_restart_keeps_the_method() -> None:
     """Its contacts may be others by then; with another accuracy it is chosen anew."""
     first = hs.simulate(automatic(stiff(in_contact(5.0), 100.0), 1e-4))
     assert first.attrs["solver_method"] == "esdirk4"
-    later = replace(automatic(in_contact(5.0), 1e-4), initial=Start(first, None))
+    later = replace(automatic(in_contact(5.0), 1e-4), initial=hs.Start(first, None))
     kept = hs.simulate(later)
     assert kept.attrs["solver_method"] == "esdirk4"
     assert "as in the run that it starts from" in kept.attrs["solver_chosen"]
@@ -194,6 +171,5 @@ def test_records_may_be_closer_than_the_first_step() -> None:
     fine = hs.simulate(scene)
     coarse = hs.simulate(replace(scene, output_step=0.4))
     assert fine.sizes["time"] == 101
-    np.testing.assert_allclose(
-        fine.position.values[::10], coarse.position.values, rtol=0, atol=1e-4
-    )
+    every, there = fine.position.values[::10], coarse.position.values
+    np.testing.assert_allclose(every, there, rtol=0, atol=1e-4)

@@ -1,7 +1,5 @@
 """Bodies that share a database: with all couplings, and as single ones where there are none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 
@@ -74,18 +72,12 @@ def two_barges(database: HydroDatabase, radiation: RadiationModel, duration: flo
 @pytest.mark.usefixtures("fits_made_here")
 @pytest.mark.slow
 def test_bodies_without_coupling_move_as_with_a_database_each(radiation, figure) -> None:
-    """Both directions of the change of reference, all loads, all kinds of radiation. The fits are
-    made from numbers that differ by rounding."""
+    """Both changes of reference, all loads, all kinds of radiation; fits differ by rounding."""
     duration = 20.0 if radiation == RadiationModel.CONVOLUTION else 200.0
-    found, expected = (
-        hs.simulate(two_barges(database, radiation, duration)) for database in (uncoupled(), hull())
-    )
-    for name in (
-        "position",
-        "force_radiation",
-        "force_wave_first_order",
-        "force_wave_second_order",
-    ):
+    scenes = [two_barges(database, radiation, duration) for database in (uncoupled(), hull())]
+    found, expected = (hs.simulate(scene) for scene in scenes)
+    loads = ("force_radiation", "force_wave_first_order", "force_wave_second_order")
+    for name in ("position", *loads):
         there = expected[name].values
         off = np.abs(found[name].values - there).max(axis=0)
         size = np.maximum(np.abs(there).max(axis=0), 1e-300)
@@ -115,12 +107,9 @@ def test_all_bodies_of_a_database_are_at_one_place_with_one_radiation() -> None:
         .replace("1 (high), 1 (low)", "1 (low), 1 (high)")
         .split()
     )
-    assert f"{text} [0, 0], heading 90 deg, are 2 (high)" in refused(
-        changed(scene, heading=np.pi / 2)
-    )
-    assert f"{text} [5, 0], heading 0 deg, are 2 (high)" in refused(
-        changed(scene, location=(5.0, 0.0))
-    )
+    turned, moved = changed(scene, heading=np.pi / 2), changed(scene, location=(5.0, 0.0))
+    assert f"{text} [0, 0], heading 90 deg, are 2 (high)" in refused(turned)
+    assert f"{text} [5, 0], heading 0 deg, are 2 (high)" in refused(moved)
     alone = replace(scene, bodies=scene.bodies[1:], forces={})
     assert f"{here} 1 (low)" in refused(alone)
     assert "3 (high)" in refused(changed(scene, database_body=3))
@@ -140,16 +129,14 @@ def test_two_pairs_may_share_a_database() -> None:
 def test_a_held_body_does_not_move_and_leaves_the_state() -> None:
     scene = two_barges(uncoupled(), RadiationModel.STATE_SPACE, 20.0)
     held = changed(scene, dofs=())
-    run = hs.simulate(
-        replace(held, forces={k: e for k, e in scene.forces.items() if e.body == "low"})
-    )
+    low = {k: e for k, e in scene.forces.items() if e.body == "low"}
+    run = hs.simulate(replace(held, forces=low))
     free = hs.simulate(scene)
     assert not run.position.sel(body="high").any()
     assert np.abs(run.position - free.position).sel(body="low").max() < 1e-9
     assert run.sizes["state"] < free.sizes["state"]
-    assert "found no degree of freedom" in refused(
-        replace(held, bodies=tuple(replace(b, dofs=()) for b in held.bodies))
-    )
+    none = tuple(replace(b, dofs=()) for b in held.bodies)
+    assert "found no degree of freedom" in refused(replace(held, bodies=none))
 
 
 def states(run: xr.Dataset) -> list[str]:

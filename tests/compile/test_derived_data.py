@@ -1,7 +1,5 @@
 """Derived data of a compiled scene are derived once for each of its models, and in one place."""
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from dataclasses import fields, replace
@@ -15,38 +13,24 @@ import hydrosim
 import hydrosim as hs
 from hydrosim.compile import compiled
 from hydrosim.compile.compiled import DerivedData, derive_data
-from hydrosim.scene import WaveTrain
 
 PACKAGE = Path(hydrosim.__file__).parent
 MAKERS = (
-    "force_names",
-    "state_layout",
-    "nonlinearities",
-    "each_alone",
-    "initial_headings",
-    "met_by_waves",
+    *("force_names", "state_layout", "nonlinearities"),
+    *("each_alone", "initial_headings", "met_by_waves"),
 )
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom
-    "each_alone": {
-        "compile/compiled.py",
-        "compile/compile.py",
-        "compile/symmetry.py",
-    },
-    "initial_headings": {"compile/compiled.py", "compile/compile.py"},
+    "each_alone": {"compile/compiled.py", "compile/model.py", "compile/symmetry.py"},
+    "initial_headings": {"compile/compiled.py", "compile/model.py"},
     "state_layout": {"compile/compiled.py"},
     "nonlinearities": {"compile/compiled.py"},
-    "met_by_waves": {
-        "compile/compiled.py",
-        "compile/compile.py",
-        "analysis/response.py",
-    },
+    "met_by_waves": {"compile/compiled.py", "compile/model.py", "analysis/response.py"},
 }
 
 
 def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Compiling a scene in waves and running it with all its checks asks for each fact as often as
-    there are models: in calm water, in the plane, in the sea."""
+    """Compiled and run with all checks: once each in calm water, in the plane, in the sea."""
     asked: Counter[str] = Counter()
 
     def counted(name: str) -> Any:
@@ -60,7 +44,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
 
     for name in MAKERS:
         monkeypatch.setattr(compiled, name, counted(name))
-    run = hs.simulate(in_waves(in_contact(20.0), WaveTrain(SEA, seed=1)))
+    run = hs.simulate(in_waves(in_contact(20.0), hs.WaveTrain(SEA, seed=1)))
     assert run.attrs["status"] == "complete"
     assert {*asked.values()} == {MODELS}, asked
 
@@ -68,18 +52,13 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BEFORE)
 def test_derived_data_are_asked_for_in_one_place(name: str) -> None:
-    asking = {
-        path.relative_to(PACKAGE).as_posix()
-        for path in PACKAGE.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Name)
-        and node.func.id == name
-        and not any(
-            isinstance(each, ast.FunctionDef) and each.name == name
-            for each in ast.parse(path.read_text()).body
-        )
-    }
+    asking = set()
+    for path in PACKAGE.rglob("*.py"):
+        tree = ast.parse(path.read_text())
+        calls = [x.func for x in ast.walk(tree) if isinstance(x, ast.Call)]
+        asked = any(isinstance(f, ast.Name) and f.id == name for f in calls)
+        if asked and name not in [x.name for x in tree.body if isinstance(x, ast.FunctionDef)]:
+            asking.add(path.relative_to(PACKAGE).as_posix())
     assert asking == BEFORE[name]
 
 

@@ -1,32 +1,18 @@
 """Steps at which held units look at their loads: is a cubic through their looks exact enough?"""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf, pi
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import block, scene, steady
+from scenes import block, central_force, scene, steady
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
 from hydrosim.compile.clock import MAX_PHASE_RAD, held_step, signal_step
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import (
-    AppliedForce,
-    External,
-    Fender,
-    Frictionless,
-    Harmonic,
-    Plane,
-    PrescribedNormal,
-    Recorded,
-    Signal,
-    Table,
-    constant,
-)
+from hydrosim.elements import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.elements.signal import signal_rate
 from hydrosim.scene import ForceElement, Joint, JointType, Method, Scene
 from hydrosim.water.wind import gust_components, mean_wind
@@ -37,14 +23,14 @@ TIME = np.linspace(0.0, 30.0, 301)
 
 
 def pushed(signal: Signal, **solver: object) -> Scene:
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": signal})
+    push = central_force(surge=signal)
     return scene(block(1e3), {"push": push}, 10.0, 1.0, **solver)
 
 
 def pressed(signal: Signal) -> Scene:
-    plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    normal = PrescribedNormal(signal)
-    foot: ForceElement = Fender("block", np.zeros((1, 3)), plane, normal, Frictionless())
+    plane = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    normal = hs.PrescribedNormal(signal)
+    foot: ForceElement = hs.Fender("block", np.zeros((1, 3)), plane, normal, hs.Frictionless())
     return scene(block(1e3), {"foot": foot}, 10.0, 1.0)
 
 
@@ -79,14 +65,13 @@ def test_equal_steps_without_events_are_those_of_the_scene() -> None:
 
 
 def test_a_function_of_the_user_is_asked_at_the_step_of_the_solver() -> None:
-    push = External("block", lambda t, state: np.zeros(6))
+    push = hs.UserForce("block", lambda t, state: np.zeros(6))
     called = scene(block(1e3), {"push": push, "more": steady(surge=1.0)}, 10.0, 1.0, step=0.05)
     assert held_step(compile_scene(called)) == 0.05
 
 
 def rest_of_cubics(series: np.ndarray, points: int) -> float:
-    """Largest difference, in standard deviations, of a finely sampled series from cubics through
-    every ``points``-th value, between the middle two of four."""
+    """Largest difference [sd] of a series from cubics through every ``points``-th value."""
     node = np.arange(0, len(series) - 3 * points, points)
     worst = 0.0
     for part in np.linspace(0.0, 1.0, 21):
@@ -117,14 +102,9 @@ def test_the_step_in_an_irregular_sea_leaves_what_it_says() -> None:
 
 
 def test_the_step_in_gusts_leaves_what_it_says() -> None:
-    windy = {
-        "environment.wind": {
-            "speed": "20 m/s",
-            "heading": "0 deg",
-            "gusts": {"spectrum": "npd", "repeat_period": "1 hour"},
-        },
-        "environment.waves": None,
-    }
+    gusts = {"spectrum": "npd", "repeat_period": "1 hour"}
+    wind = {"speed": "20 m/s", "heading": "0 deg", "gusts": gusts}
+    windy = {"environment.wind": wind, "environment.waves": None}
     made = hs.load_case(SPHERE / "irregular.yaml", windy).scene()
     gusts = made.environment.gusts
     assert gusts is not None

@@ -3,8 +3,6 @@
 The barges of `tests/data/draughts` have frequencies 0.1 rad/s apart, which resolve 31.4 s.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,14 +21,11 @@ from hydrosim.database.kernels import kernels
 from hydrosim.scene import (
     AtDraught,
     AutomaticRadiation,
-    Body,
     ConvolutionRadiation,
     Family,
     Method,
     Radiation,
     RadiationModel,
-    Scene,
-    Solver,
 )
 
 TESTS = Path(__file__).parents[1]
@@ -60,27 +55,25 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
 def thinned(path: Path) -> HydroDatabase:
     """A database of every second frequency, 0.2 rad/s apart: they resolve 15.7 s."""
     db = load(path)
-    known: dict[str, Any] = {
-        name: getattr(db, name)[1::2]
-        for name in ("frequency", "added_mass", "radiation_damping", "excitation")
-    }
+    names = ("frequency", "added_mass", "radiation_damping", "excitation")
+    known: dict[str, Any] = {name: getattr(db, name)[1::2] for name in names}
     rest = ("froude_krylov", "mean_drift", "mean_drift_held", "drift_imbalance")
     return replace(db, **known, **dict.fromkeys(rest))
 
 
 @pytest.fixture
-def one(tmp_path: Path) -> Scene:
+def one(tmp_path: Path) -> hs.Scene:
     (tmp_path / "barge.yaml").write_text(RECIPE)
     (tmp_path / "case.yaml").write_text(CASE.replace(f"{DATA}/barge.yaml", "barge.yaml"))
     return hs.load_case(tmp_path / "case.yaml").scene()
 
 
-def with_body(scene: Scene, **changes: Any) -> Scene:
+def with_body(scene: hs.Scene, **changes: Any) -> hs.Scene:
     """The scene with other values of its body."""
     return replace(scene, bodies=(replace(scene.bodies[0], **changes),))
 
 
-def family(scene: Scene, **changes: Any) -> Scene:
+def family(scene: hs.Scene, **changes: Any) -> hs.Scene:
     """The barge with a family whose upper draught has half the frequencies."""
     members = AtDraught(4.4, DATA / "4m4.nc"), AtDraught(3.6, thinned(DATA / "3m6.nc"))
     return with_body(scene, hydrodynamics=Family(members), **changes)
@@ -93,12 +86,9 @@ def ends(compiled: Compiled) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    "radiation",
-    [*map(RadiationModel, ("automatic", "state_space", "convolution", "none"))],
+    "radiation", [*map(RadiationModel, ("automatic", "state_space", "convolution", "none"))]
 )
-def test_without_a_length_memories_end_where_frequencies_resolve_no_more(
-    one: Scene, radiation: RadiationModel
-) -> None:
+def test_without_a_length_memories_end_where_frequencies_resolve_no_more(one, radiation):
     compiled = hs.compile_scene(with_body(one, radiation=radiation))
     assert ends(compiled) == pytest.approx([31.4])
     assert not [text for text in compiled.notes.warnings if "length" in text]
@@ -110,7 +100,7 @@ def test_without_a_length_memories_end_where_frequencies_resolve_no_more(
         assert "frequencies 0.1 rad/s apart resolve 31.4 s" in str(errors)
 
 
-def test_each_member_of_a_family_remembers_what_its_frequencies_resolve(one: Scene) -> None:
+def test_each_member_of_a_family_remembers_what_its_frequencies_resolve(one: hs.Scene) -> None:
     compiled = hs.compile_scene(family(one))
     assert ends(compiled) == pytest.approx([15.7, 31.4])
     assert ends(compile_for_linear(family(one))) == pytest.approx([15.7, 31.4])
@@ -118,7 +108,7 @@ def test_each_member_of_a_family_remembers_what_its_frequencies_resolve(one: Sce
 
 
 @pytest.mark.parametrize("radiation", [AutomaticRadiation, ConvolutionRadiation])
-def test_a_length_that_is_not_resolved_is_cut_and_told(one: Scene, radiation: Any) -> None:
+def test_a_length_that_is_not_resolved_is_cut_and_told(one: hs.Scene, radiation: Any) -> None:
     chosen: Radiation = radiation(length=40.0)
     scene = with_body(one, radiation=chosen)
     compiled = hs.compile_scene(scene)
@@ -129,25 +119,25 @@ def test_a_length_that_is_not_resolved_is_cut_and_told(one: Scene, radiation: An
     assert said in linear_analysis(scene, LinearRequest()).attrs["remarks"]
 
 
-def test_the_members_that_do_not_resolve_a_length_are_told(one: Scene) -> None:
+def test_the_members_that_do_not_resolve_a_length_are_told(one: hs.Scene) -> None:
     compiled = hs.compile_scene(family(one, radiation=AutomaticRadiation(length=20.0)))
     assert ends(compiled) == pytest.approx([15.7, 20.0])
     (said,) = [text for text in compiled.notes.warnings if "radiation.length" in text]
     assert "resolve 15.7 s" in said
 
 
-def test_a_length_that_is_resolved_is_taken(one: Scene) -> None:
+def test_a_length_that_is_resolved_is_taken(one: hs.Scene) -> None:
     compiled = hs.compile_scene(with_body(one, radiation=ConvolutionRadiation(length=30.0)))
     assert ends(compiled) == [30.0]
     assert not [text for text in compiled.notes.warnings if "length" in text]
 
 
-def test_convolutions_of_different_lengths_run_together(one: Scene) -> None:
+def test_convolutions_of_different_lengths_run_together(one: hs.Scene) -> None:
     """After the end of the shorter memory its kernel is zero."""
     near = replace(one.bodies[0], radiation=ConvolutionRadiation(), position=(0, 0, 0.1, 0, 0, 0))
-    far: Body = replace(near, name="far", hydrodynamics=thinned(DATA / "4m4.nc"))
+    far: hs.Body = replace(near, name="far", hydrodynamics=thinned(DATA / "4m4.nc"))
     bodies = (near, replace(far, location=(500.0, 0.0)))
-    pair = replace(one, bodies=bodies, solver=Solver(Method.RK4, 0.1))  # steps of equal length
+    pair = replace(one, bodies=bodies, solver=hs.Solver(Method.RK4, 0.1))  # steps of equal length
     compiled = hs.compile_scene(pair)
     assert ends(compiled) == pytest.approx([31.4, 15.7])
     kernel = compiled.model.convolution

@@ -1,8 +1,5 @@
 """Scenes in general: any number of bodies and fenders, dry bodies, locked degrees of freedom."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from math import pi
@@ -17,26 +14,15 @@ from scenes import SEA, in_contact, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements import LinearMooring
 from hydrosim.elements.contact.law import SLIP, STICK
 from hydrosim.errors import InputError
-from hydrosim.scene import (
-    Body,
-    ConvolutionRadiation,
-    Environment,
-    Kinematics,
-    RegularWave,
-    Scene,
-    Solver,
-    WaveTrain,
-)
+from hydrosim.scene import ConvolutionRadiation, Kinematics
 from hydrosim.water.radiation import Retardation, StateSpace, fits, kept
 
-Figure = Callable[[str, float], None]
 FAR = (300.0, 120.0)  # m
 
 
-def side_by_side(scene: Scene, **locations: tuple[float, float]) -> Scene:
+def side_by_side(scene: hs.Scene, **locations: tuple[float, float]) -> hs.Scene:
     """The scene's barge, with all that acts on it, once for each name."""
     (barge,) = scene.bodies
     bodies = [replace(barge, name=name, location=place) for name, place in locations.items()]
@@ -55,7 +41,7 @@ def assert_same_motion(found: np.ndarray, expected: np.ndarray, tolerance: float
 
 def test_two_barges_move_as_each_alone() -> None:
     """No interaction, one irregular sea with all loads, at two places: the same to rounding."""
-    sea = WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
+    sea = hs.WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
     scene = replace(in_waves(scene_of("free_floating"), sea), duration=200.0)
     both = hs.simulate(side_by_side(scene, near=(0.0, 0.0), far=FAR))
     near = hs.simulate(side_by_side(scene, near=(0.0, 0.0)))
@@ -67,7 +53,7 @@ def test_two_barges_move_as_each_alone() -> None:
 
 
 @pytest.mark.slow
-def test_two_barges_in_contact_move_as_each_alone(figure: Figure) -> None:
+def test_two_barges_in_contact_move_as_each_alone(figure) -> None:
     """The step is cut at the events of both, so that they differ from one alone by the error of the
     integration, which halving the step measures; at one place they are the same to the last bit."""
     scene = in_contact(duration=60.0)
@@ -89,13 +75,13 @@ def test_a_barge_elsewhere_meets_the_wave_later() -> None:
     scene = replace(scene_of("free_floating"), duration=100.0)
 
     def run(location: tuple[float, float], phase: float) -> np.ndarray:
-        wave = WaveTrain(RegularWave(1.0, period, phase), heading=heading, ramp=20.0)
+        wave = hs.WaveTrain(hs.RegularWave(1.0, period, phase), heading=heading, ramp=20.0)
         return motion(hs.simulate(with_body(in_waves(scene, wave), location=location)))
 
     assert_same_motion(run(FAR, 0.0), run((0.0, 0.0), -lag), 1e-9)
 
 
-BLOCK = Body("block", mass=4.0, inertia=np.diag([2.0, 6.0, 5.0]))
+BLOCK = hs.Body("block", mass=4.0, inertia=np.diag([2.0, 6.0, 5.0]))
 SPRING = np.array([9.0, 4.0, 16.0, 5.0, 8.0, 3.0])
 RATIO = np.array([0.0, 0.05, 0.02, 0.1, 0.0, 0.03])
 OFFSET = np.array([1.0, -0.5, 0.3, 0.2, -0.1, 0.15])
@@ -115,18 +101,17 @@ def on_springs(dofs: tuple[str, ...], kinematics: Kinematics) -> xr.Dataset:
     """A dry block on a spring and damper in each of its free degrees of freedom."""
     free = np.array([dof in dofs for dof in DOFS])
     block = replace(BLOCK, dofs=dofs, position=tuple(OFFSET * free), velocity=tuple(SPEED * free))
-    spring = LinearMooring("block", stiffness=np.diag(SPRING), damping_ratio=RATIO)
-    solver = Solver(step=0.02, kinematics=kinematics)
-    return hs.simulate(
-        Scene("block", 20.0, (block,), forces={"spring": spring}, solver=solver, output_step=0.1)
-    )
+    spring = hs.LinearMooring("block", stiffness=np.diag(SPRING), damping_ratio=RATIO)
+    solver = hs.Solver(step=0.02, kinematics=kinematics)
+    swinging = hs.Scene("block", 20.0, (block,), forces={"spring": spring}, solver=solver)
+    return hs.simulate(replace(swinging, output_step=0.1))
 
 
 # RK4's error over 20 s at w = 2 rad/s: t w (w h)^4 / 120 = 9e-7 of the amplitude.
 RK4_ERROR = 2e-6
 
 
-def test_a_dry_body_on_springs_swings_as_its_closed_form(figure: Figure) -> None:
+def test_a_dry_body_on_springs_swings_as_its_closed_form(figure) -> None:
     """Small angles, all six at once."""
     run = on_springs(DOFS, Kinematics.LINEAR)
     error = np.abs(motion(run) - oscillation(run.time.values)).max()
@@ -151,7 +136,7 @@ SEVEN = np.column_stack([20 * np.cos(AROUND), 20 * np.sin(AROUND), np.full(7, 7.
 
 
 @pytest.mark.parametrize("points", [CENTRE, FOUR, SEVEN], ids=["one", "four", "seven"])
-def test_any_number_of_fenders(points: np.ndarray, figure: Figure) -> None:
+def test_any_number_of_fenders(points: np.ndarray, figure) -> None:
     """They stick and slip, the ledger closes, the normal forces add up to what the barge feels."""
     run = hs.simulate(in_contact(duration=200.0, points=points))
     figure(f"energy residual with {len(points)} fenders", run.attrs["energy_residual_relative"])
@@ -164,8 +149,7 @@ def test_any_number_of_fenders(points: np.ndarray, figure: Figure) -> None:
 
 @pytest.mark.parametrize("points", [PAIR, np.repeat(FOUR, 2, axis=0)], ids=["merged", "doubled"])
 def test_fenders_that_share_a_total_differently(points: np.ndarray) -> None:
-    """In waves along the barge a pair abreast is as good as one between, and two at one place as
-    good as one there, to rounding: they have all their events together."""
+    """In head waves a pair abreast is one between, and two at one place one there, to rounding."""
     four, other = (hs.simulate(in_contact(60.0, points=p)) for p in (FOUR, points))
     assert np.abs(motion(other) - motion(four)).max() < 1e-9
     totals = [run.fender_normal_force.sum("fender").values for run in (other, four)]
@@ -184,8 +168,7 @@ def test_locked_freedoms_leave_the_state() -> None:
 
 
 def test_what_cannot_move_is_not_fitted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A heave-only scene needs a fit of heave alone; a hull that lies across the earth's axes
-    radiates in sway where it is free in surge."""
+    """Heave alone for heave; a hull across the earth's axes radiates in sway, free in surge."""
     fitted: list[list[int]] = []
     real = fits.fit_group
 
@@ -198,7 +181,7 @@ def test_what_cannot_move_is_not_fitted(monkeypatch: pytest.MonkeyPatch, tmp_pat
 
     def groups(**changes: Any) -> list[list[int]]:
         still = with_body(replace(scene_of("free_floating"), forces={}, duration=1.0), **changes)
-        states = hs.compile_scene(replace(still, environment=Environment())).model.states
+        states = hs.compile_scene(replace(still, environment=hs.Environment())).model.states
         return [sorted({*states.dof[a:b].tolist()}) for a, b in pairwise(states.member)]
 
     assert groups(dofs=("heave",)) == [[2]]

@@ -1,14 +1,12 @@
 """What is asked of scenes that are possible and hardly meant; nothing is asked of others."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scenes
 from markers import few
-from scenes import block, in_waves, moving, on_floor, scene_of, with_body
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs
@@ -19,43 +17,17 @@ from hydrosim.compile.questions import QUESTIONS
 from hydrosim.compile.questions.query import extents, text_beyond
 from hydrosim.compile.questions.waters import mode_period, surface_width
 from hydrosim.database import HydroDatabase, load
-from hydrosim.elements import (
-    AppliedForce,
-    Catenary,
-    Coulomb,
-    CurrentLoad,
-    Fender,
-    Frictionless,
-    LinearDamping,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    QuadraticDamping,
-    Spring,
-    StreamLoad,
-    Strut,
-    TorsionSpring,
-    WindLoad,
-    constant,
-)
+from hydrosim.elements import Catenary, StreamLoad, constant
 from hydrosim.errors import InputError
 from hydrosim.scene import (
-    Body,
     Box,
     FreeSurface,
     Hull,
-    Joint,
     JointResistance,
     JointType,
-    Jonswap,
     LinearScenes,
-    Plan,
     Question,
-    RegularWave,
-    Scene,
     Stops,
-    Stream,
-    Tank,
     TankMesh,
     TankTable,
     Weight,
@@ -63,139 +35,149 @@ from hydrosim.scene import (
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted((ROOT / "cases").glob("*/*.yaml"))
+FREE = hs.Frictionless()
 
 
-def warnings(scene: Scene) -> list[str]:
+def warnings(scene: hs.Scene) -> list[str]:
     return [text for text in compile_scene(scene).notes.warnings if "accept: [" in text]
 
 
-def afloat(**changes: object) -> Scene:
+def afloat(**changes: object) -> hs.Scene:
     """The moored barge of the base case in calm water, its body changed."""
-    return with_body(in_waves(scene_of("free_floating")), **changes)
+    return scenes.with_body(scenes.in_waves(scenes.scene_of("free_floating")), **changes)
 
 
-def in_sea(spectrum: Jonswap | RegularWave, **train: float) -> Scene:
+def in_sea(spectrum: hs.Jonswap | hs.RegularWave, **train: float) -> hs.Scene:
     """The barge in another sea."""
-    (waves,) = scene_of("free_floating").environment.waves
-    return in_waves(afloat(), replace(waves, spectrum=spectrum, **train))  # type: ignore[arg-type]
+    (waves,) = scenes.scene_of("free_floating").environment.waves
+    return scenes.in_waves(afloat(), replace(waves, spectrum=spectrum, **train))  # type: ignore[arg-type]
 
 
-def around(**changes: object) -> Scene:
+def around(**changes: object) -> hs.Scene:
     """The barge in another environment."""
     scene = afloat()
     return replace(scene, environment=replace(scene.environment, **changes))  # type: ignore[arg-type]
 
 
-def in_brine() -> Scene:
+def in_brine() -> hs.Scene:
     """The barge in another liquid, which its database was made for."""
     scene = around(water_density=1200.0)
-    (body,) = scene.bodies
-    assert isinstance(body.hydrodynamics, HydroDatabase)
-    database = replace(body.hydrodynamics, water_density=1200.0)
-    return replace(scene, bodies=(replace(body, hydrodynamics=database),))
+    database = scene.bodies[0].hydrodynamics
+    assert isinstance(database, HydroDatabase)
+    return scenes.with_body(scene, hydrodynamics=replace(database, water_density=1200.0))
 
 
-def with_force(element: object, name: str = "it") -> Scene:
+def with_force(element: object, name: str = "it") -> hs.Scene:
     scene = afloat()
     return replace(scene, forces={**scene.forces, name: element})  # type: ignore[dict-item]
 
 
-def dry(forces: dict[str, object], **changes: object) -> Scene:
-    return Scene("dry", 1.0, (block(1e4, **changes),), forces=forces)  # type: ignore[arg-type]
+def dry(forces: dict[str, object], **changes: object) -> hs.Scene:
+    return hs.Scene("dry", 1.0, (scenes.block(1e4, **changes),), forces=forces)  # type: ignore[arg-type]
 
 
-def with_ratio(ratio: float) -> LinearMooring:
+def on_pad(z: float, plane: hs.Plane, law: scenes.Law = FREE, **changes: object) -> hs.Scene:
+    """The block with a fender at ``z`` [m]."""
+    return dry({"f": scenes.on_floor(1e5, law, [[0, 0, z]], plane)}, **changes)
+
+
+def with_ratio(ratio: float) -> hs.LinearMooring:
     stiffness = np.diag([1e6, 0.0, 0.0, 0.0, 0.0, 0.0])
-    return LinearMooring("barge", stiffness, damping_ratio=np.array([ratio, 0, 0, 0, 0, 0]))
+    return hs.LinearMooring("barge", stiffness, damping_ratio=np.array([ratio, 0, 0, 0, 0, 0]))
 
 
-def stiff(k: float) -> LinearMooring:
-    return LinearMooring("barge", np.diag([k, 0.0, 0.0, 0.0, 0.0, 0.0]))
+def stiff(k: float) -> hs.LinearMooring:
+    return scenes.mooring("barge", surge=k)
 
 
-def line(length: float) -> Spring:
+def line(length: float) -> hs.Spring:
     table = np.array([0.0, 1.0])
-    return Spring("block", (0, 0, 0), (10.0, 0, 0), length, table, 1e3 * table)
+    return hs.Spring(
+        "block", (0, 0, 0), (10.0, 0, 0), length, curve=hs.TensionCurve(table, 1000.0 * table)
+    )
 
 
-def lifted(force: float) -> AppliedForce:
-    return AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": constant(force)})
+def lifted(force: float) -> hs.AppliedForce:
+    return scenes.central_force("barge", heave=constant(force))
 
 
 def alongside(
     side: float, stiffness: float = 1e8, thickness: float = 0.5, **changes: float
-) -> Scene:
+) -> hs.Scene:
     """The barge, 57 m broad, at a quay, with two fenders ``side`` [m] from its middle."""
     points = np.array([[60.0, side, 6.0], [-60.0, side, 6.0]])
-    quay = Plane((0.0, side + thickness, 0.0), (0.0, -1.0, 0.0))
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]))
-    return with_force(Fender("barge", points, quay, curve, Frictionless()))
+    quay = hs.Plane((0.0, side + thickness, 0.0), (0.0, -1.0, 0.0))
+    curve = scenes.straight_curve(stiffness)
+    return with_force(hs.Fender("barge", points, quay, curve, FREE))
 
 
-def two_boxes(apart: float, heading: float = 0.0) -> Scene:
+def two_boxes(apart: float, heading: float = 0.0) -> hs.Scene:
     """Two boxes of 100 m by 20 m, abeam of each other with that much water between."""
-    scene = in_sea(Jonswap(1.0, 9.0))
+    scene = in_sea(hs.Jonswap(1.0, 9.0))
     mass = 1025.0 * 100.0 * 20.0 * 5.0
-    box = Body("a", mass, mass * np.diag([49.0, 676.0, 676.0]), ROOT / "hydro_db" / "box.nc")
+    box = hs.Body("a", mass, mass * np.diag([49.0, 676.0, 676.0]), ROOT / "hydro_db" / "box.nc")
     other = replace(box, name="b", location=(0.0, 20.0 + apart), heading=heading)
     return replace(scene, bodies=(box, other), forces={})
 
 
-def filled(level: float, heading: float, breadth: float = 54.0, **more: object) -> Scene:
+def filled(level: float, heading: float, breadth: float = 54.0, **more: object) -> hs.Scene:
     """The barge with a tank across it, in a sea of 12 s."""
-    tank = Tank("mid", Box((-50, -breadth / 2, -12), (50, breadth / 2, 2)), level, **more)  # type: ignore[arg-type]
-    scene = in_sea(RegularWave(1.0, 12.0), heading=heading)
-    (body,) = scene.bodies
-    body = replace(body, tanks=(tank,), weight=Weight.CARRIED)
-    return replace(scene, bodies=(body,))
+    tank = hs.Tank("mid", Box((-50, -breadth / 2, -12), (50, breadth / 2, 2)), level, **more)  # type: ignore[arg-type]
+    scene = in_sea(hs.RegularWave(1.0, 12.0), heading=heading)
+    return scenes.with_body(scene, tanks=(tank,), weight=Weight.CARRIED)
 
 
-def pressed_through(capacity: float) -> Scene:
+def pressed_through(capacity: float) -> hs.Scene:
     """The block on a line that pulls it with 1 kN at the start."""
     return dry({"l": replace(line(9.0), capacity=capacity)})
 
 
-def hinged(axis: tuple[float, ...], point: tuple[float, ...] = (0.0, 0.0, -1.0)) -> Scene:
+def hinged(axis: tuple[float, ...], point: tuple[float, ...] = (0.0, 0.0, -1.0)) -> hs.Scene:
     """The block on a hinge about y to the earth, with a torsion spring about another axis."""
-    spring = TorsionSpring("block", np.array([0.0, 1.0]), np.array([0.0, 1e4]), axis=axis)
-    hinge = Joint(JointType.HINGE, "block", point=point, axis=(0.0, 1.0, 0.0))
+    spring = hs.TorsionSpring(
+        "block", curve=hs.TorsionCurve(np.array([0.0, 1.0]), np.array([0.0, 10000.0])), axis=axis
+    )
+    hinge = hs.Joint(JointType.HINGE, "block", point=point, axis=(0.0, 1.0, 0.0))
     return replace(dry({"s": spring}), joints={"hinge": hinge})
 
 
-def with_mesh(aside: float) -> Scene:
+def with_mesh(aside: float) -> hs.Scene:
     """The block with a box of 4 m as its hull, this far [m] aside of its centre of gravity."""
-    corners = np.array(np.meshgrid([-2.0, 2.0], [-2.0, 2.0], [-2.0, 2.0])).reshape(3, -1).T
-    hull = ConvexHull(corners)
-    triangles = corners[hull.simplices] + [aside, 0.0, 0.0]
+    triangles = box_triangles(Box((-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)))
     first, second, third = triangles.swapaxes(0, 1)
     normals = np.cross(second - first, third - first)
-    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    inward = (normals * triangles.mean(axis=1)).sum(axis=1) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
-    return dry({}, hydrostatics=Hull(triangles), weight=Weight.CARRIED)
+    return dry({}, hydrostatics=Hull(triangles + np.array([aside, 0, 0])), weight=Weight.CARRIED)
+
+
+def box_triangles(box: Box) -> np.ndarray:
+    """The twelve triangles of a box."""
+    cloud = np.array(np.meshgrid(*zip(box.low, box.high, strict=True))).reshape(3, -1).T
+    return cloud[ConvexHull(cloud).simplices]
+
+
+def coarse_steps() -> hs.Scene:
+    scene = scenes.scene_of("free_floating")
+    solver = replace(scene.solver, step=1.0, linear=LinearScenes.STEP)
+    return replace(scene, solver=solver, output_step=1.0)
 
 
 HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
 DRAG = np.array([1e5, 0.0, -1e5, 0.0])
 THIN = 1e4 * np.diag([1.0, 1.0, 3.0])
-BELOW = Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
-REVERSED = Plane((0.0, 0.0, -1.0), (0.0, 0.0, -1.0))
-POINTS = [[0.0, 0.0, -0.9]]
-LOW, FAR = [[0.0, 0.0, -0.9]], Plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0))
+BELOW = hs.Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
+REVERSED = hs.Plane((0.0, 0.0, -1.0), (0.0, 0.0, -1.0))
+FAR = hs.Plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0))
 ODD = {
-    Question.ANGLES: (in_sea(Jonswap(1.5, 8.0), heading=45.0), "2578.3 deg"),
-    Question.SPEED: (dry({}, velocity=moving(surge=50.0)), "50 m/s"),
-    Question.OVERLAP: (
-        dry({"f": on_floor(1e5, Frictionless(), [[0, 0, -4.0]], BELOW)}),
-        "that point 1 is 3.0 m behind",
-    ),
-    Question.PLANE: (
-        dry({"f": on_floor(1e5, Frictionless(), POINTS, REVERSED)}),
-        "which is 1.0 m behind the plane",
-    ),
+    Question.ANGLES: (in_sea(hs.Jonswap(1.5, 8.0), heading=45.0), "2578.3 deg"),
+    Question.SPEED: (dry({}, velocity=scenes.moving(surge=50.0)), "50 m/s"),
+    Question.OVERLAP: (on_pad(-4.0, BELOW), "that point 1 is 3.0 m behind"),
+    Question.PLANE: (on_pad(-0.9, REVERSED), "which is 1.0 m behind the plane"),
     Question.LINES: (dry({"l": line(5.0)}), "5 m further"),
     Question.FALL: (
-        dry({"f": on_floor(1e5, Frictionless(), LOW, FAR)}, weight=Weight.CARRIED),
-        "a gap of 9.1 m between block and all contacts",
+        on_pad(-0.9, FAR, weight=Weight.CARRIED),
+        "a gap of 9.1 m between block and all",
     ),
     Question.POINTS: (alongside(20.0), "point 1 inside the hull of barge"),
     Question.MASS: (afloat(mass=1.4e8), "a displaced mass of 1.568e+08 kg"),
@@ -205,32 +187,19 @@ ODD = {
     Question.PERIODS: (with_force(stiff(1e11)), "natural period of 0.2"),
     Question.LIFT: (with_force(lifted(1e9)), "lift by 65% of the weight"),
     Question.SOFTNESS: (alongside(28.5, 2000.0), "4e+03 N/m in all: 1.57e+08 kg at 0.1 m/s"),
-    Question.FRICTION: (
-        dry({"f": on_floor(1e5, Coulomb(20.0, 20.0), POINTS, BELOW)}),
-        "coefficient of 20",
-    ),
+    Question.FRICTION: (on_pad(-0.9, BELOW, hs.Coulomb(20.0, 20.0)), "coefficient of 20"),
     Question.DAMPING: (with_force(with_ratio(20.0)), 'Then it is "20 %"'),
     Question.WATER: (in_brine(), "1200 kg/m^3"),
-    Question.STREAMS: (around(current=Stream(1.0)), "1 m/s and no force element that it loads"),
+    Question.STREAMS: (around(current=hs.Stream(1.0)), "1 m/s and no force element that it loads"),
     Question.SHIELDING: (two_boxes(10.0), "10 m apart, with a breadth of 20 m"),
-    Question.SLOSHING: (
-        filled(9.0, np.pi / 2),
-        "sloshes along y with a period of 12 s at levels of 9 m",
-    ),
-    Question.WAVES: (in_sea(RegularWave(0.1, 40.0)), "a period of 40 s"),
-    Question.STEEPNESS: (in_sea(Jonswap(15.0, 8.0)), "waves break above 0.1"),
-    Question.RAMP: (in_sea(Jonswap(1.5, 8.0), ramp=1e5), "The sea never reaches its full height"),
+    Question.SLOSHING: (filled(9.0, np.pi / 2), "along y with a period of 12 s at levels of 9 m"),
+    Question.WAVES: (in_sea(hs.RegularWave(0.1, 40.0)), "a period of 40 s"),
+    Question.STEEPNESS: (in_sea(hs.Jonswap(15.0, 8.0)), "waves break above 0.1"),
+    Question.RAMP: (in_sea(hs.Jonswap(1.5, 8.0), ramp=1e5), "never reaches its full height"),
     Question.CAPACITY: (pressed_through(900.0), "900 N, and 1000 N of tension at the start"),
     Question.AXES: (hinged((1.0, 0.0, 0.0)), "an axis at 90 deg to that of hinge"),
     Question.HULL: (with_mesh(34.0), "a hull 32 m aside of the centre of gravity of block"),
-    Question.STEP: (
-        replace(
-            scene_of("free_floating"),
-            solver=replace(afloat().solver, step=1.0, linear=LinearScenes.STEP),
-            output_step=1.0,
-        ),
-        "a tenth of the waves' period",
-    ),
+    Question.STEP: (coarse_steps(), "a tenth of the waves' period"),
 }
 
 
@@ -240,14 +209,12 @@ BY_OTHER_TESTS = {Question.RANGE, Question.BENDING, Question.FILES}
 
 def test_a_lightship_without_inertia_is_asked_about() -> None:
     """A moment of 1e9 kg m^2, and 2000 t at 30 m from the middle: m y^2 = 1.8e9 kg m^2."""
-    wings = [Tank(f"{y:g}", Box((-1, y - 1, -5), (1, y + 1, 0)), 2.5, 1e5) for y in (-30.0, 30.0)]
-    little, enough = (
-        afloat(weight=Weight.CARRIED, inertia=moment * np.eye(3), tanks=tuple(wings))
-        for moment in (1e9, 3e9)
-    )
-    (said,) = [text for text in warnings(little) if "accept: [inertia]" in text]
+    wings = tuple(hs.Tank(f"{y}", Box((-1, y - 1, -5), (1, y + 1, 0)), 2.5, 1e5) for y in (-30, 30))
+    hulls = (afloat(weight=Weight.CARRIED, inertia=m * np.eye(3), tanks=wings) for m in (1e9, 3e9))
+    little, enough = (asked_of(scene, "inertia") for scene in hulls)
+    (said,) = little
     assert "bodies.barge.inertia, radii_of_gyration: found a moment of inertia of -8" in said
-    assert not [text for text in warnings(enough) if "accept: [inertia]" in text]
+    assert not enough
 
 
 @pytest.mark.parametrize("question", ODD)
@@ -280,14 +247,13 @@ def test_a_mass_that_cannot_float_is_refused_unless_accepted(ratio: float) -> No
 
 
 def test_a_sea_beyond_the_database_is_refused_unless_accepted() -> None:
-    """Short waves that load the barge with nothing; a sea of 5 s, of which 5 per cent are outside,
-    with a thousandth of the loads, is none."""
-    short = in_sea(Jonswap(0.2, 2.5))
+    """Short waves that load nothing; not a sea of 5 s with 5 per cent outside."""
+    short = in_sea(hs.Jonswap(0.2, 2.5))
     with pytest.raises(InputError, match=r"environment\.waves: found .*accept: \[range\]"):
         compile_scene(short)
     accepted = compile_scene(replace(short, accept=(Question.RANGE,)))
     assert any("of the energy of its loads" in text for text in accepted.notes.skipped)
-    usable = compile_scene(in_sea(Jonswap(0.5, 5.0))).notes
+    usable = compile_scene(in_sea(hs.Jonswap(0.5, 5.0))).notes
     assert any("4.9% of the waves' energy outside" in text for text in usable.skipped)
 
 
@@ -297,7 +263,7 @@ def test_a_lift_of_more_than_the_weight_is_refused() -> None:
 
 
 def test_a_value_close_to_its_limit_differs_from_it_in_the_message() -> None:
-    (body,) = scene_of("free_floating").bodies
+    (body,) = scenes.scene_of("free_floating").bodies
     force = 0.503 * body.mass * 9.81
     (text,) = warnings(with_force(lifted(force)))
     assert "lift by 50.3% of the weight; usual is up to 50%" in text
@@ -321,12 +287,9 @@ def test_a_wrong_mass_is_asked_about_before_a_lift_that_follows_from_it() -> Non
 
 def test_an_unknown_question_is_refused_with_the_list(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
-    path.write_text(
-        "{title: t, duration: 1, accept: [heading], bodies: {b: {mass: 1, dofs: [surge]}}}"
-    )
-    with pytest.raises(InputError) as caught:
+    path.write_text("{title: t, duration: 1, accept: [heading], bodies: {b: {mass: 1}}}")
+    with pytest.raises(InputError, match="accept") as caught:
         load_case(path)
-    assert "accept" in str(caught.value)
     assert all(question in str(caught.value) for question in Question)
 
 
@@ -344,7 +307,7 @@ def test_a_question_is_a_warning_of_the_run(tmp_path: Path) -> None:
     assert warning not in str(hs.simulate(load_case(path)).attrs.get("warnings", ""))
 
 
-def asked_of(scene: Scene, question: Question) -> list[str]:
+def asked_of(scene: hs.Scene, question: str) -> list[str]:
     return [text for text in warnings(scene) if text.endswith(f"accept: [{question}].")]
 
 
@@ -367,13 +330,6 @@ def test_a_centre_of_gravity_is_asked_about_where_the_weight_would_tilt_the_hull
     assert not asked_of(carried, Question.TRIM)
 
 
-@pytest.mark.parametrize(("feet", "asked"), [(1.0, 0), (1.0 / 0.3048, 3)])
-def test_radii_of_gyration_in_feet_are_asked_about(feet: float, asked: int) -> None:
-    radii = feet * np.array([0.4 * 57.0, 0.28 * 260.0, 0.28 * 260.0])
-    texts = asked_of(afloat(inertia=1.56758e8 * np.diag(radii**2)), Question.INERTIA)
-    assert len(texts) == asked
-
-
 @pytest.mark.parametrize(
     ("side", "found"), [(5.0, "inside"), (28.5, ""), (31.5, ""), (28.5 / 0.3048, "outside")]
 )
@@ -386,10 +342,10 @@ def test_fenders_belong_at_the_side_of_a_hull(side: float, found: str) -> None:
 def test_fenders_on_deck_are_not_asked_about() -> None:
     """Neither below a topside, nor a stop against the wall of a dry body."""
     points = np.array([[20.0, 5.0, 9.5]])
-    above = Plane((0.0, 0.0, 5.5), (0.0, 0.0, -1.0))
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8]))
-    for plane in (above, Plane((0.0, 6.0, 0.0), (0.0, -1.0, 0.0))):
-        scene = with_force(Fender("barge", points, plane, curve, Frictionless()))
+    above = hs.Plane((0.0, 0.0, 5.5), (0.0, 0.0, -1.0))
+    curve = scenes.straight_curve(1e8)
+    for plane in (above, hs.Plane((0.0, 6.0, 0.0), (0.0, -1.0, 0.0))):
+        scene = with_force(hs.Fender("barge", points, plane, curve, FREE))
         assert not asked_of(scene, Question.POINTS)
 
 
@@ -404,26 +360,25 @@ def test_many_soft_fenders_are_as_good_as_a_few_stiff_ones() -> None:
 
 def test_a_dry_body_whose_weight_presses_its_fenders_by_metres_is_asked_about() -> None:
     """98.1 kN on 2 kN/m, for 2 MN/m: 49 m; a line that carries it, or enough points, do."""
-    soft = on_floor(2e3, Frictionless(), [[0, 0, -1.0]], BELOW)
+    soft, firm = (scenes.on_floor(k, FREE, [[0, 0, -1.0]], BELOW) for k in (2e3, 2e6))
     (text,) = asked_of(dry({"f": soft}, weight=Weight.CARRIED), Question.SOFTNESS)
     assert "whose weight of 9.81e+04 N compresses it by 49 m" in text
-    assert not asked_of(dry({"f": soft, "l": line(9.9)}, weight=Weight.CARRIED), Question.SOFTNESS)
-    stiff_one = on_floor(2e6, Frictionless(), [[0, 0, -1.0]], BELOW)
-    assert not asked_of(dry({"f": stiff_one}, weight=Weight.CARRIED), Question.SOFTNESS)
+    for forces in ({"f": soft, "l": line(9.9)}, {"f": firm}):
+        assert not asked_of(dry(forces, weight=Weight.CARRIED), Question.SOFTNESS)
     assert not asked_of(dry({"f": soft}), Question.SOFTNESS)
 
 
 def test_a_body_that_hangs_or_is_held_does_not_fall() -> None:
-    high = on_floor(1e5, Frictionless(), LOW, FAR)
-    hanging = dry({"f": high, "l": line(9.9)}, weight=Weight.CARRIED)
+    fall = on_pad(-0.9, FAR, weight=Weight.CARRIED)
+    hanging = replace(fall, forces={**fall.forces, "l": line(9.9)})
     assert not asked_of(hanging, Question.FALL)
-    assert not asked_of(dry({"f": high}), Question.FALL)
+    assert not asked_of(on_pad(-0.9, FAR), Question.FALL)
 
 
 def test_a_run_that_presses_a_fender_by_metres_says_so() -> None:
     """A block of 1e4 kg at 0.5 m/s against 100 N/m: v sqrt(m / k) = 5 m deep."""
-    fender = on_floor(100.0, Frictionless(), [[0, 0, -1.0]], BELOW)
-    scene = replace(dry({"f": fender}, velocity=moving(heave=-0.5)), duration=20.0)
+    fender = scenes.on_floor(100.0, FREE, [[0, 0, -1.0]], BELOW)
+    scene = replace(dry({"f": fender}, velocity=scenes.moving(heave=-0.5)), duration=20.0)
     run = hs.simulate(scene)
     assert "forces.f: point 1 was compressed by 5 m at 15.5 s" in str(run.attrs["warnings"])
     accepted = hs.simulate(replace(scene, accept=(Question.SOFTNESS,)))
@@ -431,26 +386,18 @@ def test_a_run_that_presses_a_fender_by_metres_says_so() -> None:
 
 
 LOADS = [
-    (CurrentLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "current"),
-    (QuadraticDamping("barge", np.eye(6)), "current"),
-    (LinearDamping("barge", np.eye(6), relative_to_current=True), "current"),
-    (WindLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "wind"),
+    (hs.CurrentLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "current"),
+    (hs.QuadraticDamping("barge", np.eye(6)), "current"),
+    (hs.LinearDamping("barge", np.eye(6), relative_to_current=True), "current"),
+    (hs.WindLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "wind"),
 ]
 
 
 @pytest.mark.parametrize(("load", "stream"), LOADS)
 def test_a_stream_is_asked_about_that_no_element_feels(load: StreamLoad, stream: str) -> None:
-    bare = around(**{stream: Stream(1.0)})
+    bare = around(**{stream: hs.Stream(1.0)})
     assert f"environment.{stream}: found 1 m/s and no force element" in warnings(bare)[0]
     assert not asked_of(replace(bare, forces={**bare.forces, "it": load}), Question.STREAMS)
-
-
-@pytest.mark.parametrize(("speed", "asked"), [(2.4, 0), (3.0, 1)])
-def test_currents_faster_than_the_gulf_stream_are_asked_about(speed: float, asked: int) -> None:
-    scene = around(current=Stream(speed))
-    drag = QuadraticDamping("barge", np.eye(6))
-    texts = asked_of(replace(scene, forces={**scene.forces, "d": drag}), Question.STREAMS)
-    assert len(texts) == asked
 
 
 def test_hulls_with_a_database_each_are_asked_about_if_they_are_near() -> None:
@@ -458,51 +405,87 @@ def test_hulls_with_a_database_each_are_asked_about_if_they_are_near() -> None:
     assert not asked_of(two_boxes(41.0), Question.SHIELDING)
     (text,) = asked_of(two_boxes(41.0, np.radians(20.0)), Question.SHIELDING)
     assert "about 24.5 m apart" in text
-    calm = two_boxes(10.0)
-    calm = replace(calm, environment=replace(calm.environment, waves=()))
-    assert not asked_of(calm, Question.SHIELDING)
+    assert not asked_of(scenes.in_waves(two_boxes(10.0)), Question.SHIELDING)
 
 
 def test_hulls_of_one_database_are_not_asked_about() -> None:
     database = load(ROOT / "hydro_db" / "two_barges.nc")
-    scene = in_sea(Jonswap(1.0, 8.0))
+    scene = in_sea(hs.Jonswap(1.0, 8.0))
     assert database.volume is not None
     assert database.centre_of_gravity is not None
-    bodies = tuple(
-        Body(
-            name,
-            1025.0 * float(database.volume[i]),
-            1025.0 * float(database.volume[i]) * np.diag([16.0, 200.0, 200.0]),
-            database,
-            tuple(database.centre_of_gravity[i]),
-            database_body=i + 1,
-        )
-        for i, name in enumerate("ab")
+    masses, centres = 1025.0 * database.volume, database.centre_of_gravity
+    first, second = (
+        hs.Body(name, mass, mass * np.diag([16.0, 200.0, 200.0]), database, tuple(centre))
+        for name, mass, centre in zip("ab", masses, centres, strict=True)
     )
-    both = replace(scene, bodies=bodies, forces={})
+    both = replace(scene, bodies=(first, replace(second, database_body=2)), forces={})
     assert not asked_of(both, Question.SHIELDING)
 
 
+def in_feet(feet: float) -> hs.Scene:
+    radii = feet * np.array([0.4 * 57.0, 0.28 * 260.0, 0.28 * 260.0])
+    return afloat(inertia=1.56758e8 * np.diag(radii**2))
+
+
+def in_current(speed: float) -> hs.Scene:
+    scene = around(current=hs.Stream(speed))
+    return replace(scene, forces={**scene.forces, "d": hs.QuadraticDamping("barge", np.eye(6))})
+
+
+def hung(mass: float) -> hs.Scene:
+    """A block on a slack line of 1 kN."""
+    table = np.array([0.0, 1.0])
+    rope = hs.Spring(
+        "block",
+        (0, 0, 0),
+        (0, 0, 10.0),
+        10.0,
+        curve=hs.TensionCurve(table, 100000.0 * table),
+        capacity=1000.0,
+    )
+    return hs.Scene(
+        "hangs", 1.0, (scenes.block(mass, weight=Weight.CARRIED),), forces={"rope": rope}
+    )
+
+
+NEAR = (Question.POINTS, Question.CAPACITY, Question.AXES, Question.HULL)
+
+
 @pytest.mark.parametrize(
-    ("scene", "asked"),
+    ("question", "scene", "asked"),
     [
-        (filled(9.0, 0.0), 0),  # 19 s along the tank of 100 m, and nothing across
-        (filled(9.0, np.pi / 2, 20.0), 0),  # 5.2 s
-        (filled(13.95, np.pi / 2), 0),  # full
-        (filled(9.0, np.pi / 2, surface=FreeSurface.FROZEN), 0),
-        (filled(2.0, np.pi / 2), 0),  # 24 s
-        (filled(9.0, np.pi / 4), 1),
+        (Question.INERTIA, in_feet(1.0), 0),
+        (Question.INERTIA, in_feet(1.0 / 0.3048), 3),
+        (Question.STREAMS, in_current(2.4), 0),  # the Gulf Stream is slower than 3 m/s
+        (Question.STREAMS, in_current(3.0), 1),
+        (Question.SLOSHING, filled(9.0, 0.0), 0),  # 19 s along 100 m, and nothing across
+        (Question.SLOSHING, filled(9.0, np.pi / 2, 20.0), 0),  # 5.2 s
+        (Question.SLOSHING, filled(13.95, np.pi / 2), 0),  # full
+        (Question.SLOSHING, filled(9.0, np.pi / 2, surface=FreeSurface.FROZEN), 0),
+        (Question.SLOSHING, filled(2.0, np.pi / 2), 0),  # 24 s
+        (Question.SLOSHING, filled(9.0, np.pi / 4), 1),
+        (Question.CAPACITY, pressed_through(1100.0), 0),
+        (Question.CAPACITY, hung(100.0), 0),  # 981 N on a line of 1 kN
+        (Question.CAPACITY, hung(110.0), 1),
+        (Question.HULL, with_mesh(3.0), 0),
+        (Question.AXES, hinged((0.1, 1.0, 0.0)), 0),
+        (Question.POINTS, hinged((0.0, 1.0, 0.0), (500.0, 0.0, -1.0)), 1),
+        (Question.POINTS, hinged((0.0, 1.0, 0.0), (20.0, 0.0, -1.0)), 0),
     ],
 )
-def test_sloshing_is_asked_about_near_resonance_only(scene: Scene, asked: int) -> None:
-    assert len(asked_of(scene, Question.SLOSHING)) == asked
+def test_what_is_near_its_limit_is_asked_about_beyond_it(question, scene, asked):
+    questions = NEAR if question in NEAR else (question,)
+    texts = [text for each in questions for text in asked_of(scene, each)]
+    assert len(texts) == asked
+    if "rope" in scene.forces:
+        assert all("hangs from lines of 1e+03 N in all" in text for text in texts)
 
 
 def test_the_roll_beside_sloshing_is_that_of_the_linear_analysis() -> None:
     """Free surfaces make it slower: 12 s of the hull by itself, 16 s with them."""
     scene = filled(5.0, np.pi / 2)
-    waves = (replace(scene.environment.waves[0], spectrum=RegularWave(1.0, 15.0)),)
-    scene = replace(scene, environment=replace(scene.environment, waves=waves))
+    waves = replace(scene.environment.waves[0], spectrum=hs.RegularWave(1.0, 15.0))
+    scene = scenes.in_waves(scene, waves)
     (text,) = asked_of(scene, Question.SLOSHING)
     (roll,) = (mode for mode in responder(scene).natural_modes() if mode.dof == "roll")
     assert roll.natural_period > 14.0
@@ -512,10 +495,9 @@ def test_the_roll_beside_sloshing_is_that_of_the_linear_analysis() -> None:
 def test_levels_of_resonance_are_those_that_a_plan_goes_through() -> None:
     """10 % about 12 s across 54 m are 10.8 to 13.2 s: omega^2 = g k tanh k h, k = pi / b; roll is
     farther away in a scene without it."""
-    plan = Plan(np.array([0.0, 10.0]), np.array([12.0, 6.0]))
-    scene = filled(12.0, np.pi / 2, plan=plan)
-    (body,) = scene.bodies
-    (text,) = asked_of(replace(scene, bodies=(replace(body, dofs=("sway",)),)), Question.SLOSHING)
+    plan = hs.Plan(np.array([0.0, 10.0]), np.array([12.0, 6.0]))
+    scene = scenes.with_body(filled(12.0, np.pi / 2, plan=plan), dofs=("sway",))
+    (text,) = asked_of(scene, Question.SLOSHING)
     k = np.pi / 54.0
     levels = [np.arctanh((2 * np.pi / (12 * x)) ** 2 / (9.81 * k)) / k for x in (1 / 0.9, 1 / 1.1)]
     low, high = (float(x) for x in text.split("at levels of ")[1].split(" m (")[0].split(" to "))
@@ -523,12 +505,13 @@ def test_levels_of_resonance_are_those_that_a_plan_goes_through() -> None:
     assert high == pytest.approx(min(levels[1], 12.0), abs=0.16)
 
 
-def test_the_lowest_mode_has_the_limits_of_deep_and_of_shallow_water() -> None:
-    breadth = np.array([54.0])
-    shallow = mode_period(breadth, np.array([0.05]), 9.81)
-    assert shallow == pytest.approx(2.0 * 54.0 / np.sqrt(9.81 * 0.05), rel=1e-5)
-    deep = mode_period(breadth, np.array([200.0]), 9.81)
-    assert deep == pytest.approx(2.0 * np.pi * np.sqrt(54.0 / (9.81 * np.pi)), rel=1e-5)
+@pytest.mark.parametrize(
+    ("depth", "period"),
+    [(0.05, 2 * 54.0 / np.sqrt(9.81 * 0.05)), (200.0, 2 * np.pi * np.sqrt(54.0 / (9.81 * np.pi)))],
+)
+def test_the_lowest_mode_has_the_limits_of_deep_and_of_shallow_water(depth, period) -> None:
+    found = mode_period(np.array([54.0]), np.array([depth]), 9.81)
+    assert found == pytest.approx(period, rel=1e-5)
 
 
 def test_a_box_is_as_wide_by_its_table_and_by_its_mesh() -> None:
@@ -545,8 +528,7 @@ def test_a_box_is_as_wide_by_its_table_and_by_its_mesh() -> None:
 
 
 def test_a_mesh_with_corners_at_the_level_is_as_wide_there() -> None:
-    low = box_triangles(Box((-5.0, -2.0, 0.0), (5.0, 2.0, 3.0)))
-    high = box_triangles(Box((-5.0, -2.0, 3.0), (5.0, 2.0, 6.0)))
+    low, high = (box_triangles(Box((-5.0, -2.0, z), (5.0, 2.0, z + 3.0))) for z in (0.0, 3.0))
     mesh = TankMesh(np.concatenate([low, high]))
     assert surface_width(mesh, 3.0, 0) == pytest.approx(10.0, rel=1e-12)
 
@@ -558,31 +540,23 @@ def test_a_fender_without_stiffness_is_soft() -> None:
 def test_struts_of_another_length_are_asked_about() -> None:
     """Longer and shorter by more than a fifth, and beyond their curve; nothing without a spring."""
     points = np.array([-1.0, 1.0])
-    strut = Strut("block", points, 1e3 * points, point=(0, 0, 0), anchor=(10.0, 0, 0), length=5.0)
-    for length, said in ((5.0, "5 m longer"), (13.0, "3 m shorter")):
-        other = replace(strut, length=length)
-        found = asked_of(dry({"s": other}), Question.LINES)
-        assert said in str(found)
-    for other in (
-        replace(strut, length=9.0),
-        replace(strut, offset=7.0 * points, force=1e3 * points),
-        replace(strut, offset=np.zeros(0), force=np.zeros(0), damping=1.0),
+    ends = {"point": (0, 0, 0), "anchor": (10.0, 0, 0)}
+    strut = hs.Strut("block", curve=hs.StrutCurve(points, 1000.0 * points), **ends, length=5.0)
+    for other, said in (
+        (strut, "5 m longer"),
+        (replace(strut, length=13.0), "3 m shorter"),
+        (replace(strut, length=9.0), None),
+        (replace(strut, curve=hs.StrutCurve(7.0 * points, 1e3 * points)), None),
+        (replace(strut, curve=None, damping=1.0), None),
     ):
-        assert not asked_of(dry({"s": other}), Question.LINES)
+        texts = asked_of(dry({"s": other}), Question.LINES)
+        assert said in str(texts) if said else not texts
 
 
-def box_triangles(box: Box) -> np.ndarray:
-    """The twelve triangles of a box."""
-    cloud = np.array(np.meshgrid(*zip(box.low, box.high, strict=True))).reshape(3, -1).T
-    return cloud[ConvexHull(cloud).simplices]
-
-
-def on_hinge(**acting: object) -> Scene:
+def on_hinge(**acting: object) -> hs.Scene:
     motions = (JointResistance(**acting),)  # type: ignore[arg-type]
-    still = dry({})
-    name = still.bodies[0].name
-    pin = Joint(JointType.HINGE, name, axis=(0.0, 1.0, 0.0), resistances=motions)
-    return replace(still, joints={"pin": pin})
+    pin = hs.Joint(JointType.HINGE, "block", axis=(0.0, 1.0, 0.0), resistances=motions)
+    return replace(dry({}), joints={"pin": pin})
 
 
 def test_starts_of_joints_beyond_their_stops_are_asked_about() -> None:
@@ -608,50 +582,21 @@ def test_rates_of_joints_that_throw_their_body_are_asked_about() -> None:
     assert not asked_of(far, Question.SPEED)  # about its centre of gravity
 
 
-@pytest.mark.parametrize(
-    ("scene", "asked"),
-    [
-        (pressed_through(1100.0), 0),
-        (hinged((0.1, 1.0, 0.0)), 0),
-        (with_mesh(3.0), 0),
-        (hinged((0.0, 1.0, 0.0), (500.0, 0.0, -1.0)), 1),
-        (hinged((0.0, 1.0, 0.0), (20.0, 0.0, -1.0)), 0),
-    ],
-)
-def test_what_is_near_is_not_asked_about(scene: Scene, asked: int) -> None:
-    new = ("[points]", "[capacity]", "[axes]", "[hull]")
-    assert len([text for text in warnings(scene) if any(name in text for name in new)]) == asked
-
-
-@pytest.mark.parametrize(("mass", "asked"), [(100.0, 0), (110.0, 1)])
-def test_a_weight_hangs_from_lines_that_may_carry_it(mass: float, asked: int) -> None:
-    """A block of 981 N or 1079 N on a slack line of 1 kN."""
-    table = np.array([0.0, 1.0])
-    rope = Spring("block", (0, 0, 0), (0, 0, 10.0), 10.0, table, 1e5 * table, capacity=1000.0)
-    body = block(mass, weight=Weight.CARRIED)
-    scene = Scene("hangs", 1.0, (body,), forces={"rope": rope})
-    told = [text for text in warnings(scene) if "accept: [capacity]" in text]
-    assert len(told) == asked
-    assert all("hangs from lines of 1e+03 N in all" in text for text in told)
-
-
 @pytest.mark.parametrize(("damping", "asked"), [(1e3, 1), (1e6, 0), (1e9, 1)])
 def test_drag_is_that_of_a_hull_of_this_size(damping: float, asked: int) -> None:
     """Sway of the barge: 0.5 rho L T = 1.6e6 N s^2/m^2, or about that."""
-    of = QuadraticDamping("barge", np.diag([0.0, damping, 0.0, 0.0, 0.0, 0.0]))
+    of = hs.QuadraticDamping("barge", np.diag([0.0, damping, 0.0, 0.0, 0.0, 0.0]))
     told = [text for text in warnings(with_force(of)) if "forces.it.damping.sway" in text]
     assert len(told) == asked
 
 
-def moored(point: tuple[float, ...], anchor: tuple[float, ...], **changes: object) -> Scene:
+def moored(point: tuple[float, ...], anchor: tuple[float, ...], **changes: object) -> hs.Scene:
     """The barge in 50 m of water, on a chain of 330 m of 1 kN/m."""
     one = {"weight": np.array([1e3]), "stiffness": np.array([1e9]), "hung": np.zeros(1)}
     one |= {"length": np.array([330.0]), "drag_width": np.zeros(1), "friction": 0.5}
     scene = with_force(Catenary("barge", point, anchor, **{**one, **changes}))  # type: ignore[arg-type]
-    (body,) = scene.bodies
-    shallow = replace(body, hydrodynamics=ROOT / "hydro_db" / "h851_50m.nc")
-    environment = replace(scene.environment, water_depth=50.0)
-    return replace(scene, bodies=(shallow,), environment=environment)
+    scene = scenes.with_body(scene, hydrodynamics=ROOT / "hydro_db" / "h851_50m.nc")
+    return replace(scene, environment=replace(scene.environment, water_depth=50.0))
 
 
 SIDE, ANCHOR = (80.0, 28.0, -2.0), (200.0, 320.0, -50.0)
@@ -666,28 +611,28 @@ ROUTES = [
 
 
 @pytest.mark.parametrize(("scene", "found"), ROUTES)
-def test_lines_run_outside_of_bed_and_hull(scene: Scene, found: str | None) -> None:
+def test_lines_run_outside_of_bed_and_hull(scene: hs.Scene, found: str | None) -> None:
     told = [text for text in warnings(scene) if "forces.it" in text]
     assert any(found in text for text in told) if found else not told
 
 
 def test_stops_are_asked_about_that_are_pressed_by_a_part_of_their_range() -> None:
     stops = Stops(np.radians(1.0), np.radians(4.0), 1e9)
-    hinge = Joint(
-        JointType.HINGE, "block", axis=(0.0, 1.0, 0.0), resistances=(JointResistance(stops=stops),)
-    )
-    (text,) = warnings(replace(dry({}), joints={"hinge": hinge}))
+    (text,) = warnings(on_hinge(stops=stops))
+
     assert "starts 1 deg beyond a stop, at 0 deg" in text
 
 
 def test_forces_along_the_water_are_compared_with_the_weight() -> None:
-    push = AppliedForce("barge", (0.0, 0.0, 0.0), {"sway": constant(-9e9)})
+    push = scenes.central_force("barge", sway=constant(-9e9))
     (text,) = [text for text in warnings(with_force(push)) if "accept: [lift]" in text]
     assert "forces.it.force.sway: found 9e+09 N" in text
 
 
 def test_a_hull_that_starts_above_the_water_is_asked_about() -> None:
-    assert any("a heave of 50 m" in text for text in warnings(afloat(position=moving(heave=50.0))))
+    assert any(
+        "a heave of 50 m" in text for text in warnings(afloat(position=scenes.moving(heave=50.0)))
+    )
 
 
 def test_a_jointed_hull_of_a_hundred_displacements_is_asked_about() -> None:

@@ -1,7 +1,5 @@
 """What cannot fit is said before it is tried; what is estimated is about what comes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,6 @@ from scenes import scene_of
 import hydrosim as hs
 from hydrosim.compile import sizes
 from hydrosim.compile.validate_scene import check_scene
-from hydrosim.elements import Plane
 from hydrosim.errors import InputError
 from hydrosim.scene import ConvolutionRadiation, Question, Scene, StateSpaceRadiation
 
@@ -73,13 +70,10 @@ def test_bodies_that_do_not_feel_each_other_need_memory_for_themselves_alone() -
     still = replace(scene, environment=replace(scene.environment, waves=()), output_step=1e3)
     (barge,) = still.bodies
     apart = [replace(barge, name=f"{k}", location=(0.0, 500.0 * k)) for k in range(64)]
-    assert sizes.memory_needed(replace(still, bodies=tuple(apart))) < 80.0 * sizes.memory_needed(
-        still
-    )
+    alone = sizes.memory_needed(still)
+    assert sizes.memory_needed(replace(still, bodies=tuple(apart))) < 80.0 * alone
     near = [replace(each, location=barge.location) for each in apart]
-    assert sizes.memory_needed(replace(still, bodies=tuple(near))) > 1000.0 * sizes.memory_needed(
-        still
-    )
+    assert sizes.memory_needed(replace(still, bodies=tuple(near))) > 1000.0 * alone
 
 
 def test_what_needs_no_memory_is_none_of_it() -> None:
@@ -97,9 +91,7 @@ def test_the_size_of_a_result_is_foretold(name: str, tmp_path: Path) -> None:
     assert sizes.memory_needed(scene) > sizes.result_size(scene)
 
 
-def test_a_container_has_the_memory_that_it_was_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_container_has_the_memory_that_it_was_given(tmp_path, monkeypatch):
     (tmp_path / "memory.max").write_text("1000000\n")
     monkeypatch.setattr(sizes, "CONTAINER", tmp_path / "memory.max")
     with pytest.raises(InputError, match=r"only 1 MB exist"):
@@ -110,13 +102,10 @@ def test_a_container_has_the_memory_that_it_was_given(
 
 def test_a_plane_of_a_body_that_is_not_there() -> None:
     scene = scene_of("base")
-    lost = replace(
-        scene.forces["interface"], plane=Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
-    )
-    with pytest.raises(
-        InputError,
-        match=r"forces.interface.plane.body: found topside, which is no body of the scene",
-    ):
+    plane = hs.Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
+    lost = replace(scene.forces["interface"], plane=plane)
+    said = r"forces.interface.plane.body: found topside, which is no body of the scene"
+    with pytest.raises(InputError, match=said):
         hs.compile_scene(replace(scene, forces={**scene.forces, "interface": lost}))
 
 

@@ -1,7 +1,5 @@
 """Functions of Python as forces: orders, energy, errors, restarts."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -15,7 +13,6 @@ from scenes import CASES, block, moving, observed_orders, on_floor, scene, stead
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
-from hydrosim.elements import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.elements.external import BodyState
 from hydrosim.files.document_nodes import Table
 from hydrosim.report.sentences.run import summary
@@ -43,22 +40,20 @@ def swinging(duration: float = END, step: float = 0.05, **solver: Any) -> Scene:
 
 
 def with_function(function: Callable[..., Any], coupling: str = "stage", **of: Any) -> Scene:
-    return replace(swinging(**of), forces={"it": hs.External("block", function, coupling)})
+    return replace(swinging(**of), forces={"it": hs.UserForce("block", function, coupling)})
 
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])
-def test_a_spring_per_stage_is_the_spring_inside(
-    method: Method, figure: Callable[[str, float], None]
-) -> None:
+def test_a_spring_per_stage_is_the_spring_inside(method, figure):
     """On a block that bounces on a floor meanwhile: through events of other elements."""
     bouncing = block(MASS, ("surge", "heave"), position=moving(heave=0.3, surge=0.1))
     inside = {
-        "it": LinearMooring("block", np.diag([STIFFNESS, *[0.0] * 5])),
-        "floor": on_floor(1e6, Frictionless()),
+        "it": hs.LinearMooring("block", np.diag([STIFFNESS, *[0.0] * 5])),
+        "floor": on_floor(1e6, hs.Frictionless()),
         "weight": steady(heave=-9.81 * MASS),
     }
     one = scene(bouncing, inside, END, 0.02, method=method)
-    other = replace(one, forces={**inside, "it": hs.External("block", spring)})
+    other = replace(one, forces={**inside, "it": hs.UserForce("block", spring)})
     expected, found = hs.simulate(one), hs.simulate(other)
     assert found.solver_events == expected.solver_events > 1
     apart = float(np.abs(found.position - expected.position).max())
@@ -68,9 +63,7 @@ def test_a_spring_per_stage_is_the_spring_inside(
 
 
 @pytest.mark.parametrize(("coupling", "order"), [("stage", 4), ("held", 1), ("extrapolated", 2)])
-def test_orders_are_as_stated(
-    coupling: str, order: int, figure: Callable[[str, float], None]
-) -> None:
+def test_orders_are_as_stated(coupling, order, figure):
     """Against x = sin(w t) / w; output at the last time alone is enough."""
     steps = [0.02, 0.01, 0.005]
     found = []
@@ -112,9 +105,7 @@ def test_a_delay_that_makes_much_energy_is_told() -> None:
     assert "delay" not in fine.attrs.get("warnings", "")
 
 
-def test_an_extrapolated_force_keeps_its_order_over_short_pieces(
-    figure: Callable[[str, float], None],
-) -> None:
+def test_an_extrapolated_force_keeps_its_order_over_short_pieces(figure):
     """Steps are cut in ten: by their caller, who steps to these times."""
     steps = [0.02, 0.01]
     found = []
@@ -163,7 +154,7 @@ def forgetting() -> Callable[..., np.ndarray]:
 
 def knocking(method: Method = Method.RK4, duration: float = END) -> Scene:
     """A block that hits a wall: steps are cut, and an adaptive method rejects some."""
-    wall = Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, *CURVE)
+    wall = hs.Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, curve=hs.TensionCurve(*CURVE))
     body = block(MASS, ("surge",), velocity=moving(surge=-1.0))
     return scene(body, {"wall": wall}, duration, 0.05, method=method)
 
@@ -174,7 +165,7 @@ CURVE = (np.array([0.0, 1.0]), np.array([0.0, 2e6]))
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
 def test_a_controller_is_called_once_per_accepted_step_in_order(method: Method) -> None:
     controller = Controller()
-    run = hs.simulate(knocking(method), forces={"it": hs.External("block", controller, "held")})
+    run = hs.simulate(knocking(method), forces={"it": hs.UserForce("block", controller, "held")})
     assert run.solver_events > 0
     assert np.all(np.diff(controller.times) > 0.0)
     assert controller.times[0] == 0.0
@@ -193,8 +184,8 @@ def test_a_controller_at_stages_is_told() -> None:
 def test_a_run_with_a_controller_goes_on_to_the_bit(tmp_path: Path) -> None:
     """From a file, and from a checkpoint of a simulation."""
 
-    def forces() -> dict[str, hs.External]:
-        return {"it": hs.External("block", Controller(), "extrapolated")}
+    def forces() -> dict[str, hs.UserForce]:
+        return {"it": hs.UserForce("block", Controller(), "extrapolated")}
 
     whole = hs.simulate(knocking(), forces=forces())
     before = hs.simulate(knocking(duration=1.0), forces=forces())
@@ -214,15 +205,15 @@ def test_a_run_with_a_controller_goes_on_to_the_bit(tmp_path: Path) -> None:
 
 
 def test_a_function_that_may_remember_is_not_taken_up(tmp_path: Path) -> None:
-    unknown = {"it": hs.External("block", forgetting(), "held")}
+    unknown = {"it": hs.UserForce("block", forgetting(), "held")}
     before = hs.simulate(knocking(duration=1.0), forces=unknown)
     going_on = replace(knocking(duration=1.0), initial=Start(before))
     with pytest.raises(hs.InputError, match="get_state and set_state"):
-        hs.simulate(going_on, forces={"it": hs.External("block", forgetting(), "held")})
-    sim = hs.Simulation(knocking(), forces={"it": hs.External("block", forgetting(), "held")})
+        hs.simulate(going_on, forces={"it": hs.UserForce("block", forgetting(), "held")})
+    sim = hs.Simulation(knocking(), forces={"it": hs.UserForce("block", forgetting(), "held")})
     with pytest.raises(hs.InputError, match="get_state and set_state"):
         sim.save(tmp_path / "checkpoint")
-    of_arguments = {"it": hs.External("block", spring, "held", repeatable=True)}
+    of_arguments = {"it": hs.UserForce("block", spring, "held", repeatable=True)}
     hs.simulate(going_on, forces=of_arguments)
 
 
@@ -292,11 +283,11 @@ def test_an_interrupt_in_a_function_ends_the_run() -> None:
 def test_forces_that_cannot_be_are_refused(changes: dict[str, Any], told: str) -> None:
     given = {"body": "block", "function": spring, **changes}
     with pytest.raises(hs.InputError, match=told):
-        hs.simulate(swinging(), forces={"it": hs.External(**given)})
+        hs.simulate(swinging(), forces={"it": hs.UserForce(**given)})
 
 
 def test_names_are_new_ones() -> None:
-    external = hs.External("block", spring)
+    external = hs.UserForce("block", spring)
     with pytest.raises(hs.InputError, match="has one of that name"):
         hs.simulate(with_function(spring), forces={"it": external})
     with pytest.raises(hs.InputError, match="letters, digits"):
@@ -308,15 +299,15 @@ def test_names_are_new_ones() -> None:
 
 @pytest.mark.parametrize("kinematics", Kinematics)
 def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) -> None:
-    """A function that pulls two turning bodies together at points of theirs, and one that gives
-    the force of a point: places, velocities, wrenches and axes are those of the elements."""
+    """Turning bodies pulled at points: places, velocities, wrenches and axes are the element's."""
     here, there = (0.4, -0.3, 0.8), (0.5, 0.2, -1.0)
     curve = np.array([0.0, 9.0]), np.array([0.0, 900.0])
-    line = Spring("block", here, there, 1.0, *curve, damping=50.0, anchor_body="other")
-    bodies = [
-        block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2)),
-        block(2e3, name="other", position=moving(heave=4.0, yaw=0.2), velocity=moving(pitch=0.1)),
-    ]
+    line = hs.Spring(
+        "block", here, there, 1.0, curve=hs.TensionCurve(*curve), damping=50.0, anchor_body="other"
+    )
+    spinning = block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2))
+    other = {"position": moving(heave=4.0, yaw=0.2), "velocity": moving(pitch=0.1)}
+    bodies = [spinning, block(2e3, name="other", **other)]
 
     def pull(t: float, state: States) -> np.ndarray:
         one, other = state["block"], state["other"]
@@ -331,10 +322,8 @@ def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) ->
 
     inside = {"line": line, "push": steady_at(here)}
     one = scene(bodies, inside, END, 0.02, kinematics=kinematics)
-    given = {
-        "line": hs.External("block", pull, also=("other",)),
-        "push": hs.External("block", push, point=here),
-    }
+    pulled = hs.UserForce("block", pull, also=("other",))
+    given = {"line": pulled, "push": hs.UserForce("block", push, point=here)}
     expected, found = hs.simulate(one), hs.simulate(replace(one, forces=given))
     assert np.abs(expected.position[:, 0, 3:]).max() > 0.05
     np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-11)
@@ -351,7 +340,7 @@ def test_a_body_on_a_ball_joint() -> None:
     rates = tuple(Resistance(velocity=rate) for rate in (0.5, -0.8, 0.4))
     hung = Joint(JointType.BALL, "block", point=(0.0, 0.0, 2.0), resistances=rates)
     resistance = np.diag([30.0] * 3 + [200.0] * 3)
-    inside = {"it": LinearDamping("block", resistance)}
+    inside = {"it": hs.LinearDamping("block", resistance)}
     whole = replace(scene(block(MASS), inside, END, 0.02), joints={"ball": hung})
     seen = []
 
@@ -362,10 +351,7 @@ def test_a_body_on_a_ball_joint() -> None:
         seen.append((t, state["block"].position))
         return np.zeros(6)
 
-    forces = {
-        "it": hs.External("block", resist),
-        "watch": hs.External("block", watch, "held"),
-    }
+    forces = {"it": hs.UserForce("block", resist), "watch": hs.UserForce("block", watch, "held")}
     expected, found = hs.simulate(whole), hs.simulate(replace(whole, forces=forces))
     assert np.abs(expected.position[:, 0, 3:]).max() > 0.5
     np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-12)
@@ -396,7 +382,7 @@ print("compiled" if compiled else "loaded")
 def test_records_say_which_function_acted() -> None:
     """The case that repeats a run, its summary, and many runs, which have no functions."""
     case = hs.load_case(CASES / "base.yaml", {"duration": 5.0})
-    held = hs.External("barge", lambda t, state: np.zeros(6), "held")
+    held = hs.UserForce("barge", lambda t, state: np.zeros(6), "held")
     run = hs.simulate(case, forces={"nothing": held})
     assert "# not in this file" in case_of(run)
     assert "<lambda> on barge, held (order 1)" in case_of(run)
@@ -411,4 +397,4 @@ def test_what_is_no_element_is_refused(wrong: Any) -> None:
     with pytest.raises(hs.InputError) as caught:
         hs.simulate(swinging(), forces={"it": wrong})
     assert f"forces.it: found {type(wrong).__name__}; expected a force element" in str(caught.value)
-    assert ("hydrosim.External(BODY, FUNCTION)" in str(caught.value)) == callable(wrong)
+    assert ("hydrosim.UserForce(BODY, FUNCTION)" in str(caught.value)) == callable(wrong)

@@ -1,7 +1,5 @@
 """MoorDyn through the door, against MoorDyn driven alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import block, moving, scene
+from scenes import block, central_force, moving, scene
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Harmonic
+from hydrosim.elements import Harmonic
 from hydrosim.results.dataset import write_run
-from hydrosim.scene import Scene, Start
 
 moordyn = pytest.importorskip("moordyn")
 pytestmark = pytest.mark.extras
@@ -65,7 +62,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def heavy(forces: dict[str, Any]) -> Scene:
+def heavy(forces: dict[str, Any]) -> hs.Scene:
     return scene(block(HEAVY, ("surge",), name="barge"), forces, END, STEP)
 
 
@@ -105,14 +102,11 @@ PATHS: dict[str, Callable[[float], float]] = {
 
 
 @pytest.mark.parametrize("name", PATHS)
-def test_chains_are_those_of_moordyns_own_run(
-    name: str, file: Path, figure: Callable[[str, float], None]
-) -> None:
-    """A heavy body that stays, or that a force swings along a closed path. What is held over the
-    step after an output time is MoorDyn's force at that time."""
+def test_chains_are_those_of_moordyns_own_run(name, file, figure):
+    """On a heavy body that stays, or is swung: MoorDyn's force at the output time is held."""
     omega = 2.0 * np.pi / PERIOD
     drive = Harmonic(HEAVY * SWING * omega**2, PERIOD, phase=np.pi / 2.0)
-    forces = {"drive": AppliedForce("barge", (0.0, 0.0, 0.0), {"surge": drive})}
+    forces = {"drive": central_force("barge", surge=drive)}
     whole = heavy({} if name == "at rest" else forces)
     run = hs.simulate(whole, forces={"lines": hs.moordyn(file, "barge", "held")})
     expected = wrenches(alone(file, PATHS[name]), PATHS[name])
@@ -123,13 +117,10 @@ def test_chains_are_those_of_moordyns_own_run(
     assert name == "at rest" or np.ptp(expected[:, 0]) > 1e4
 
 
-def test_the_coupling_has_the_stated_orders(
-    file: Path, figure: Callable[[str, float], None]
-) -> None:
-    """A body that the lines do move, from rest, against a run at a finer step. A start with a speed
-    would give the dampers of the lines a blow that the first step holds."""
+def test_the_coupling_has_the_stated_orders(file, figure):
+    """From rest, as a start with a speed would be a blow that the first step holds."""
     file.write_text(LINES.replace("0.005 dtM", "0.0025 dtM"))
-    push = AppliedForce("barge", (0.0, 0.0, 0.0), {"surge": Harmonic(5e7, 8.0)})
+    push = central_force("barge", surge=Harmonic(5e7, 8.0))
 
     def path(step: float, coupling: str) -> np.ndarray:
         light = scene(block(1e8, ("surge",), name="barge"), {"push": push}, 1.6, 0.1, step=step)
@@ -144,13 +135,12 @@ def test_the_coupling_has_the_stated_orders(
 
 
 def test_a_run_with_moordyn_goes_on_to_the_bit(file: Path, tmp_path: Path) -> None:
-    light = replace(
-        heavy({}), bodies=(block(1e7, ("surge",), "barge", velocity=moving(surge=0.5)),)
-    )
+    barge = block(1e7, ("surge",), "barge", velocity=moving(surge=0.5))
+    light = replace(heavy({}), bodies=(barge,))
     whole = hs.simulate(light, forces={"lines": hs.moordyn(file, "barge")})
     before = hs.simulate(replace(light, duration=2.0), forces={"lines": hs.moordyn(file, "barge")})
     write_run(before, tmp_path / "before.nc")
-    rest = replace(light, duration=END - 2.0, initial=Start(tmp_path / "before.nc"))
+    rest = replace(light, duration=END - 2.0, initial=hs.Start(tmp_path / "before.nc"))
     after = hs.simulate(rest, forces={"lines": hs.moordyn(file, "barge")})
     expected = whole.sel(time=slice(2.0 - 1e-9, None))
     np.testing.assert_array_equal(after.position, expected.position)
@@ -163,9 +153,8 @@ def test_several_bodies_share_one_mooring(file: Path) -> None:
     both = hs.moordyn(file, {2: "barge", 4: "tender"}, "held")
     run = hs.simulate(replace(heavy({}), bodies=tuple(bodies)), forces={"lines": both})
     one = hs.simulate(heavy({}), forces={"lines": hs.moordyn(file, "barge", "held")})
-    np.testing.assert_allclose(
-        run.force_lines.sum("body"), one.force_lines[:, 0], rtol=0.0, atol=0.1
-    )
+    total = run.force_lines.sum("body")
+    np.testing.assert_allclose(total, one.force_lines[:, 0], rtol=0.0, atol=0.1)
     assert abs(float(run.force_lines[-1, 1, 0])) > 1e5
 
 

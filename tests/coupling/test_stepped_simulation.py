@@ -1,7 +1,5 @@
 """A run that its caller steps is the run that `simulate` makes."""
 
-from __future__ import annotations
-
 import pickle
 import threading
 from collections.abc import Callable
@@ -12,15 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import block, in_contact, moving, scene, scene_of, with_body
+from scenes import block, in_contact, mooring, moving, scene, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
-from hydrosim.elements import LinearMooring
 from hydrosim.elements.external import BodyState
 from hydrosim.scene import ConvolutionRadiation, LinearScenes, Method, Scene, Solver
 
-SPRING = LinearMooring("block", np.diag([1e4, 0.0, 0.0, 0.0, 0.0, 0.0]))
+SPRING = mooring(surge=1e4)
 CONTACT = in_contact(20.0)
 SCENES = {
     "base": replace(scene_of("base"), duration=30.0),
@@ -115,12 +112,8 @@ def test_a_checkpoint_goes_on_to_the_bit(name: str, tmp_path: Path) -> None:
 
 
 def test_a_run_that_fails_says_what_simulate_says() -> None:
-    torn = scene(
-        block(1e3, ("surge",), velocity=moving(surge=1.0)),
-        {"spring": LinearMooring("block", np.diag([1e9, 0.0, 0.0, 0.0, 0.0, 0.0]))},
-        5.0,
-        0.05,
-    )
+    fast = block(1e3, ("surge",), velocity=moving(surge=1.0))
+    torn = scene(fast, {"spring": mooring(surge=1e9)}, 5.0, 0.05)
     with pytest.raises(hs.SimulationError) as told:
         hs.simulate(torn)
     sim = hs.Simulation(torn)
@@ -143,7 +136,7 @@ def test_a_thread_besides_is_refused() -> None:
         may_return.wait(60.0)
         return [0.0] * 6
 
-    sim = hs.Simulation(on_spring(), forces={"it": hs.External("block", wait, "held")})
+    sim = hs.Simulation(on_spring(), forces={"it": hs.UserForce("block", wait, "held")})
     may_return.clear()
     thread = threading.Thread(target=sim.run)
     is_called.clear()
@@ -166,7 +159,7 @@ def test_a_simulation_that_its_own_function_steps_is_refused() -> None:
             owner[0].step(t + 0.5)
         return [0.0] * 6
 
-    owner.append(hs.Simulation(on_spring(), forces={"it": hs.External("block", steps)}))
+    owner.append(hs.Simulation(on_spring(), forces={"it": hs.UserForce("block", steps)}))
     with pytest.raises(hs.SimulationError, match="the simulation is in use"):
         owner[0].run()
 
@@ -178,7 +171,7 @@ def test_a_simulation_cannot_be_copied(copied: Callable[[object], object]) -> No
 
 
 def test_an_error_is_that_of_its_run_alone() -> None:
-    """Two runs share an `External`: one fails, the other goes on, and a third begins."""
+    """Two runs share an `UserForce`: one fails, the other goes on, and a third begins."""
     failing = False
 
     def fails(t: float, state: object) -> list[float]:
@@ -187,7 +180,7 @@ def test_an_error_is_that_of_its_run_alone() -> None:
         return [0.0] * 6
 
     for coupling in ("stage", "held"):
-        force = {"it": hs.External("block", fails, coupling, repeatable=True)}
+        force = {"it": hs.UserForce("block", fails, coupling, repeatable=True)}
         one = hs.Simulation(on_spring(), forces=force)
         other = hs.Simulation(on_spring(), forces=force)
         one.step(1.0)
@@ -207,7 +200,7 @@ def test_a_function_that_may_remember_serves_one_run_at_a_time() -> None:
     def push(t: float, state: object) -> list[float]:
         return [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
-    shared = {name: hs.External("block", push, "held") for name in ("one", "other")}
+    shared = {name: hs.UserForce("block", push, "held") for name in ("one", "other")}
     assert hs.simulate(on_spring(), forces=shared).attrs["status"] == "complete"
     first = hs.Simulation(on_spring(), forces=shared)
     second = hs.Simulation(on_spring(), forces=shared)
@@ -215,7 +208,7 @@ def test_a_function_that_may_remember_serves_one_run_at_a_time() -> None:
     with pytest.raises(hs.SimulationError, match="another run has called the same function"):
         first.step()
     assert second.run().attrs["status"] == "complete"
-    repeatable = {"it": hs.External("block", push, "held", repeatable=True)}
+    repeatable = {"it": hs.UserForce("block", push, "held", repeatable=True)}
     first = hs.Simulation(on_spring(), forces=repeatable)
     second = hs.Simulation(on_spring(), forces=repeatable)
     second.step()
@@ -229,7 +222,7 @@ def test_the_reference_of_a_body_cannot_be_changed() -> None:
         return [0.0] * 6
 
     with pytest.raises(hs.InputError, match="read-only"):
-        hs.simulate(on_spring(), forces={"it": hs.External("block", moves)})
+        hs.simulate(on_spring(), forces={"it": hs.UserForce("block", moves)})
     sim = hs.Simulation(on_spring())
     with pytest.raises(ValueError, match="read-only"):
         sim.state["block"].reference[0] = 1.0

@@ -1,7 +1,5 @@
 """Databases to test with: made up for the bookkeeping, the barge's for the physics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

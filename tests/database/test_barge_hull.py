@@ -1,7 +1,5 @@
 """The parametric hull of hydro_db: closed forms against its panels and against hand counts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -13,16 +11,9 @@ RHO_G = 1025.0 * 9.81
 @pytest.fixture(scope="module")
 def h851() -> barge.Barge:
     """Dimensions of the feasibility study, its 51.230 m rounded."""
-    return barge.Barge(
-        length=260.0,
-        beam=63.0,
-        draught=12.4,
-        bow_beam=42.0,
-        bow_length=100.0,
-        stern_length=51.230,
-        wall_depth=2.4,
-        rake_length=19.0,
-    )
+    sides = {"length": 260.0, "beam": 63.0, "draught": 12.4, "bow_beam": 42.0}
+    ends = {"bow_length": 100.0, "stern_length": 51.230, "wall_depth": 2.4, "rake_length": 19.0}
+    return barge.Barge(**sides, **ends)
 
 
 COARSE = barge.Resolution((3, 2, 4, 3, 3), 3, 2, 3, 2, (2, 3, 3), 3)

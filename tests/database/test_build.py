@@ -1,8 +1,6 @@
 """From recipes to databases, by Capytaine on few panels. Its first run ever tabulates a Green
 function."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter, process_time

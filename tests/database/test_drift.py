@@ -1,8 +1,6 @@
 """Drift of a fixed vertical cylinder that stands on the sea bed: its waves are known (MacCamy and
 Fuchs 1954), so the far-field formulae can be held against the pressure on its wall."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.special import h1vp, hankel1, jv, jvp

@@ -1,8 +1,6 @@
 """The database of the section in a wave flume, a plane flow, against what such flows must obey, and
 against a long prism by Capytaine."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from types import ModuleType

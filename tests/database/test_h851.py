@@ -1,7 +1,5 @@
 """The barge's database against physics and against a database that others computed."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

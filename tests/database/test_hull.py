@@ -1,7 +1,5 @@
 """Closed hulls from mesh files and recipes: what is read, what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

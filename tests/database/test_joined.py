@@ -1,7 +1,5 @@
 """Recipes of bodies above or within each other, and submerged hulls."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

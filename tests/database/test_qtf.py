@@ -1,8 +1,6 @@
 """Difference-frequency QTF by pressure integration: hydrostatics of a turned box, closed forms of
 a vertical cylinder, WAMIT's hemisphere, limits of short and long waves, symmetries."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

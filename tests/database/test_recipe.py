@@ -1,7 +1,5 @@
 """Recipes: what they say, and what is said about wrong ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

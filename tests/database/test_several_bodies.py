@@ -1,7 +1,5 @@
 """Recipes of several bodies, and of one that is placed and turned."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -58,8 +56,7 @@ def close(one: np.ndarray, other: np.ndarray, error: float = 1e-5) -> None:
 
 
 @pytest.mark.parametrize(
-    ("place", "gap"),
-    [((0.0, 12.0, 0.0), 2.0), ((43.0, 1.3, 0.0), 3.0), ((26.5, 0.0, 90.0), 1.5)],
+    ("place", "gap"), [((0.0, 12.0, 0.0), 2.0), ((43.0, 1.3, 0.0), 3.0), ((26.5, 0.0, 90.0), 1.5)]
 )
 def test_the_gap_between_two_hulls_is_measured(tmp_path, place, gap):
     """Beside, ahead and across; panels of 4 m at most, near the edges half as long."""
@@ -72,9 +69,7 @@ def test_the_gap_between_two_hulls_is_measured(tmp_path, place, gap):
 
 def test_panels_wider_than_a_gap_are_told_at_build(tmp_path, recwarn):
     places = (0.0, 0.0, 0.0), (0.0, 13.0, 0.0)
-    with pytest.warns(
-        UserWarning, match="found panels of 3.54 m on number_0 and 3.54 m on number_1 at"
-    ):
+    with pytest.warns(UserWarning, match="panels of 3.54 m on number_0 and 3.54 m on number_1 at"):
         built(tmp_path, *places)
     recwarn.clear()
     built(tmp_path, *places, panels=2.5)
@@ -101,10 +96,7 @@ def test_placed_and_turned(tmp_path):
 
 @pytest.mark.parametrize(
     ("places", "alike"),
-    [
-        (((0.0, 7.0, 0.0), (0.0, -7.0, 0.0)), False),
-        (((25.0, 0.0, 0.0), (-25.0, 0.0, 0.0)), True),
-    ],
+    [(((0.0, 7.0, 0.0), (0.0, -7.0, 0.0)), False), (((25.0, 0.0, 0.0), (-25.0, 0.0, 0.0)), True)],
 )
 def test_halves_are_the_whole(tmp_path, places, alike):
     """Side by side one is the other's mirror image, in line each is its own."""
@@ -179,11 +171,7 @@ def test_drift_in_a_recipe(tmp_path):
 @pytest.mark.parametrize(
     ("places", "setting", "said"),
     [
-        (
-            ((0, 4, 0), (0, -4, 0)),
-            "lid=auto",
-            "number_1.position: found panels inside number_0",
-        ),
+        (((0, 4, 0), (0, -4, 0)), "lid=auto", "number_1.position: found panels inside number_0"),
         (((0, 4, 0), (0, 4, 0)), "lid=auto", "found panels inside number_0"),
         (((0, 7, 0), (0, -7, 0)), "bodies.number_1.hull.length=0", "it must be above 0"),
         (((0, 7, 0),), "far_field={share: 0.5, rising: [0.3, 0.6]}", "all round the circle"),

@@ -1,7 +1,5 @@
 """The other databases in hydro_db: the box in deep water, the launch barge in 50 m."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -24,22 +22,15 @@ def shallow() -> HydroDatabase:
     return load(HYDRO_DB / "h851_50m.nc")
 
 
+KERNEL, IRREGULAR = "kernel truncation", "irregular frequencies"
 DOUBTS = {  # why: hydro_db/README.md
-    "two_barges": {
-        "kernel truncation",
-        "frequency spacing",
-        "irregular frequencies",
-        "added mass against damping",
-    },
-    "hinged_barges": {"kernel truncation"},
-    "point_absorber": {"kernel truncation", "heave stiffness"},
-    "tanker": {"kernel truncation"},
+    "two_barges": {KERNEL, IRREGULAR, "frequency spacing", "added mass against damping"},
+    "hinged_barges": {KERNEL},
+    "point_absorber": {KERNEL, "heave stiffness"},
+    "tanker": {KERNEL},
     "barge_and_tender": {
-        "kernel truncation",
-        "irregular frequencies",
-        "positive damping",
-        "added mass at infinite frequency",
-        "damping against loads",
+        *(KERNEL, IRREGULAR, "positive damping"),
+        *("added mass at infinite frequency", "damping against loads"),
     },
 }
 

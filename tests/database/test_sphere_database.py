@@ -1,7 +1,5 @@
 """The sphere in hydro_db: closed forms, another program's coefficients, and its cases."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

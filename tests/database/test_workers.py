@@ -1,7 +1,5 @@
 """Processes that compute a database end when the one that asked them is killed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The programs on the page about coupling one's own code run, one after another as they stand."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the page on exporting reads, as it is written there."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -14,8 +14,6 @@ Code gives no figures, but it names commands. Sections named `INPUTS` have input
 with its origin: nobody measured those here.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -158,9 +156,7 @@ def test_pages_of_evidence_are_those_of_its_data() -> None:
 
 @pytest.mark.parametrize("path", [evidence.PAGE, evidence.README])
 @pytest.mark.parametrize("name", evidence.FIRST_PAGE)
-def test_a_figure_planted_in_the_data_is_noticed_on_the_page(
-    path: Path, name: tuple[str, str]
-) -> None:
+def test_a_figure_planted_in_data_is_noticed_on_the_page(path: Path, name: tuple[str, str]) -> None:
     lines = [
         replace(line, figure=0.1 * line.figure + 1e-20)
         if (line.claim, line.against) == name

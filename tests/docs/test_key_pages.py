@@ -1,7 +1,5 @@
 """Pages of keys say of each key its meaning, unit, default and example, in the words of files."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys
@@ -10,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hydrosim.cli.case import FileKind, schema_of
+from hydrosim.interface.new import FileKind, schema_of
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 

@@ -1,7 +1,5 @@
 """What docs/limits.md calls refused is refused, and says what there is instead."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Links in what people read lead somewhere."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

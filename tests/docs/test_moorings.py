@@ -1,7 +1,5 @@
 """Breaking loads on the page of moorings are those of its formula."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Names of files, functions, classes and fields on pages are those of the code."""
 
-from __future__ import annotations
-
 import ast
 import re
 from functools import cache

@@ -1,7 +1,5 @@
 """The notebooks as they are kept; the site, which CI builds, executes them."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Sentences of pages are short enough to be read at once."""
 
-from __future__ import annotations
-
 from long_sentences import long_sentences
 
 

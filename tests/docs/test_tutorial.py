@@ -1,7 +1,5 @@
 """The tutorial's files and commands, as they are written there, from an empty folder."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

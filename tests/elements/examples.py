@@ -1,7 +1,5 @@
 """The examples that stand in the schema of case files, as elements of scenes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, get_args
@@ -25,9 +23,8 @@ def built(example: dict[str, Any]) -> ForceElement:
     text = json.dumps(example)
     for name, ours in NAMES.items():
         text = text.replace(f'"{name}"', f'"{ours}"')
-    return ELEMENT.validate_python(json.loads(text)).build_active(
-        BuildContext("forces.it", Path("case.yaml"))
-    )
+    context = BuildContext("forces.it", Path("case.yaml"))
+    return ELEMENT.validate_python(json.loads(text)).build_active(context)
 
 
 def all_examples() -> dict[str, ForceElement]:

@@ -1,7 +1,5 @@
 """Made decays of roll: by an independent solver, as records of a basin look, with their truth."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -45,12 +43,8 @@ def roll_of(
 
     def slope(t: float, y: np.ndarray) -> list[float]:
         x, v = y
-        return [
-            v,
-            -(p1 + p2 * abs(v) + p3 * v * v) * v
-            - k * (x + cubic * x**3)
-            + k * force * np.cos(np.sqrt(k) * 1.0067 * t + 0.8),
-        ]
+        wave = force * np.cos(np.sqrt(k) * 1.0067 * t + 0.8)
+        return [v, -(p1 + p2 * abs(v) + p3 * v * v) * v - k * (x + cubic * x**3) + k * wave]
 
     ends = (time[0], time[-1])
     done = solve_ivp(slope, ends, [start, rate], "DOP853", time, rtol=1e-10, atol=1e-13)
@@ -136,11 +130,9 @@ def _draw_mean(rng: np.random.Generator, time: np.ndarray, size: float) -> np.nd
     mean = np.full(time.size, np.radians(rng.uniform(-3.0, 3.0)))
     if rng.integers(2):
         along = time / time[-1]
-        drifts = (
-            along,
-            np.exp(-along / rng.uniform(0.3, 1.0)),
-            np.sin(2.0 * np.pi * (rng.uniform(0.3, 0.8) * along + rng.uniform())),
-        )
+        settling = np.exp(-along / rng.uniform(0.3, 1.0))
+        wander = np.sin(2.0 * np.pi * (rng.uniform(0.3, 0.8) * along + rng.uniform()))
+        drifts = (along, settling, wander)
         mean += rng.uniform(-0.1, 0.1) * size * drifts[rng.integers(3)]
     return mean
 
@@ -163,8 +155,7 @@ def _draw_noise(
 
 
 def draw_no_decay(seed: int) -> Made:
-    """A record that holds no decay: noise of waves alone, a steady roll, a roll that creeps back
-    without a swing, a growing roll."""
+    """Noise of waves alone, a steady roll, one that creeps back without a swing, a growing one."""
     rng = np.random.default_rng(seed)
     kind = NO_DECAYS[seed % len(NO_DECAYS)]
     period = rng.uniform(4.0, 15.0)

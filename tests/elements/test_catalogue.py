@@ -1,8 +1,6 @@
 """Every kind of force element, and every friction law, can be asked for in a case file, is compiled
 and goes through the battery."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,7 @@ from scenes import block, scene
 from test_elements import ELEMENTS
 
 from hydrosim.elements import ELEMENT_KINDS as KINDS_OF_UNITS
-from hydrosim.elements import External, ForceElement
+from hydrosim.elements import ForceElement, UserForce
 from hydrosim.elements.contact import landing
 from hydrosim.elements.contact.laws import LAWS as ALL_LAWS
 from hydrosim.elements.kind import ElementKind, Layout, RollMode, UncoupledResonance
@@ -42,14 +40,11 @@ def leaves(kind: type) -> list[type]:
     return [leaf for one in below for leaf in leaves(one)] if below else [kind]
 
 
-OF_PYTHON = {External}
+OF_PYTHON = {UserForce}
 """Functions of the user: no case file holds one, and what they do is their own. Their tests are in
 `tests/coupling`."""
-SHIPPED = [
-    kind
-    for kind in leaves(ForceElement)
-    if kind.__module__.startswith("hydrosim.") and kind not in OF_PYTHON
-]
+OWN = [kind for kind in leaves(ForceElement) if kind.__module__.startswith("hydrosim.")]
+SHIPPED = [kind for kind in OWN if kind not in OF_PYTHON]
 
 
 def test_every_element_and_law_can_be_asked_for() -> None:

@@ -1,7 +1,5 @@
 """Currents that change over the depth, on hulls, dampers and loads."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -12,14 +10,7 @@ from scenes import block, moving, scene
 import hydrosim as hs
 from hydrosim.elements import Catenary, CurrentLoad, LinearDamping, QuadraticDamping
 from hydrosim.scene import CurrentProfile, Environment, Hull, Kinematics, Scene, Stream
-from hydrosim.water.current import (
-    current_at,
-    current_table,
-    current_velocity,
-    draught_of,
-    mean_current,
-    power_profile,
-)
+from hydrosim.water import current
 
 SHEARED = CurrentProfile((0.0, 10.0, 30.0), (1.0, 0.5, 0.0), (0.0, 0.0, 0.0))
 TWISTED = CurrentProfile((0.0, 10.0, 30.0), (1.0, 0.5, 0.25), (0.0, np.pi / 2, np.pi / 2))
@@ -55,29 +46,33 @@ def felt(still: Scene) -> dict[str, float]:
 
 def test_means_and_values_by_hand() -> None:
     """2, 1 and 0 m/s at 0, 10 and 30 m: areas of trapezoids."""
-    table = current_table(sea(SHEARED, heading=0.0))
-    assert mean_current(table, 0.0, 20.0) == pytest.approx((22.5 / 20.0, 0.0), abs=1e-15)
-    assert mean_current(table, 5.0, 40.0) == pytest.approx(((6.25 + 10.0) / 35.0, 0.0), abs=1e-15)
-    turned = current_table(sea(TWISTED, heading=0.0))
-    assert mean_current(turned, 0.0, 10.0) == pytest.approx((1.0, 0.5), abs=1e-15)
+    table = current.current_table(sea(SHEARED, heading=0.0))
+    assert current.mean_current(table, 0.0, 20.0) == pytest.approx((22.5 / 20.0, 0.0), abs=1e-15)
+    assert current.mean_current(table, 5.0, 40.0) == pytest.approx(
+        ((6.25 + 10.0) / 35.0, 0.0), abs=1e-15
+    )
+    turned = current.current_table(sea(TWISTED, heading=0.0))
+    assert current.mean_current(turned, 0.0, 10.0) == pytest.approx((1.0, 0.5), abs=1e-15)
     for depth in np.random.default_rng(2).uniform(-5.0, 40.0, 50):
         expected = [2.0 * max(1.0 - max(depth, 0.0) / 10.0, 0.0), 0.0]
         d = min(max(depth, 0.0), 30.0)
         expected[1] = 0.1 * d if d < 10.0 else 1.0 - 0.025 * (d - 10.0)
-        assert current_at(turned, depth) == pytest.approx(expected, abs=1e-14)
-        assert current_velocity(depth, turned) == pytest.approx(expected, abs=1e-14)
+        assert current.current_at(turned, depth) == pytest.approx(expected, abs=1e-14)
+        assert current.current_velocity(depth, turned) == pytest.approx(expected, abs=1e-14)
 
 
 @pytest.mark.parametrize("exponent", [1.0 / 7.0, 0.5, 1.0, 2.0])
 def test_power_law(exponent: float) -> None:
     """((D - d) / D)^a, and its mean 1 / (1 + a)."""
-    table = current_table(sea(power_profile(exponent, 80.0), 1.0, 0.0))
+    table = current.current_table(sea(current.power_profile(exponent, 80.0), 1.0, 0.0))
     depth = np.linspace(0.0, 80.0, 4001)
-    error = current_at(table, depth)[:, 0] - (1.0 - depth / 80.0) ** exponent
+    error = current.current_at(table, depth)[:, 0] - (1.0 - depth / 80.0) ** exponent
     assert np.abs(error).max() < 1e-3
-    assert mean_current(table, 0.0, 80.0)[0] == pytest.approx(1.0 / (1.0 + exponent), abs=5e-4)
+    assert current.mean_current(table, 0.0, 80.0)[0] == pytest.approx(
+        1.0 / (1.0 + exponent), abs=5e-4
+    )
     with pytest.raises(hs.InputError, match="found a power law in water of infinite depth"):
-        power_profile(exponent, np.inf)
+        current.power_profile(exponent, np.inf)
 
 
 def test_no_shear_is_the_uniform_current_to_the_bit() -> None:
@@ -90,8 +85,8 @@ def test_no_shear_is_the_uniform_current_to_the_bit() -> None:
 
 def test_current_on_each_element() -> None:
     """Over the draught; over the depths of a load; at its point where there is no draught."""
-    table = current_table(sea(SHEARED))
-    mean = float(np.hypot(*mean_current(table, 0.0, 8.0)))
+    table = current.current_table(sea(SHEARED))
+    mean = float(np.hypot(*current.mean_current(table, 0.0, 8.0)))
     for speed in felt(adrift(sea(SHEARED), 8.0)).values():
         assert speed == pytest.approx(mean)
     own = felt(adrift(sea(SHEARED), 8.0, depth=(10.0, 30.0)))
@@ -101,12 +96,11 @@ def test_current_on_each_element() -> None:
     alone = replace(adrift(sea(SHEARED)), forces=load)
     point = hs.compile_scene(alone).model.elements.stream_loads.each[0]["stream"]
     assert np.hypot(*point) == pytest.approx(0.5)  # 20 m deep
-    assert draught_of(replace(alone.bodies[0], hydrostatics=hull)) == 8.0
+    assert current.draught_of(replace(alone.bodies[0], hydrostatics=hull)) == 8.0
 
 
 def test_current_on_a_line_is_the_mean_over_its_upper_half() -> None:
-    """From 2 to 22 m deep: 1.8, 1 and 0.9 m/s at 2, 10 and 12 m. A short line that is level feels
-    the current at its depth."""
+    """2 to 22 m deep: 1.8, 1, 0.9 m/s at 2, 10, 12 m; level lines feel that of their depth."""
     segment = [np.array([x]) for x in (75.0, 300.0, 3e7, 0.0, 0.24)]
     for anchor, expected in (((60.0, 0.0, -22.0), 1.31), ((60.0, 0.0, -2.0), 1.8)):
         line = Catenary("block", (0.0, 0.0, -2.0), anchor, *segment)

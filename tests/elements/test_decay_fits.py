@@ -1,7 +1,5 @@
 """Fits of decay tests: they find what made decays were made with, and say where they do not fit."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -38,8 +36,7 @@ def test_damping_is_right_or_refused_and_intervals_hold_as_often_as_they_say() -
 
 @pytest.mark.slow
 def test_each_interval_holds_as_often_as_it_says() -> None:
-    """150 made decays, with the bounds that 99.9 % of counts keep where each interval holds with
-    90 %."""
+    """150 made decays, with the bounds that 99.9 % of counts keep where each holds with 90 %."""
     outcomes = [try_fit(draw(seed)) for seed in range(120_000, 120_150)]
     holds = np.mean([outcome.holds for outcome in outcomes if not outcome.refusal], axis=0)
     assert holds.min() > 0.81
@@ -137,9 +134,8 @@ def test_one_term_alone_is_found(term: int) -> None:
 def test_terms_for_use_leave_hardly_more_than_all_terms() -> None:
     """No term for use is negative, and the residuals are those of the fit with all terms."""
     rng = np.random.default_rng(10)
-    decay = decay_of(
-        TIME, roll_of(Law(0.05, 0.0, 0.0, 12.0), TIME, 0.2) + rng.normal(size=1500) / 500
-    )
+    roll = roll_of(Law(0.05, 0.0, 0.0, 12.0), TIME, 0.2)
+    decay = decay_of(TIME, roll + rng.normal(size=1500) / 500)
     fit = fit_decays([decay])
     assert fit.terms.values.min() < 0.0
     assert min(fit.damping) >= 0.0
@@ -199,9 +195,7 @@ GROWING = np.exp(0.02 * TIME) * 0.01 * np.cos(0.5 * TIME)
         ("time [s], roll [rad]", GROWING, "expected a roll that decays|at least 2 periods"),
     ],
 )
-def test_what_is_no_decay_is_refused(
-    tmp_path: Path, heading: str, angle: np.ndarray, said: str
-) -> None:
+def test_what_is_no_decay_is_refused(tmp_path, heading, angle, said):
     path = written(tmp_path / "decay.csv", heading, TIME, angle)
     with pytest.raises(InputError, match=rf"decay\.csv.*({said})"):
         fit_files([path])

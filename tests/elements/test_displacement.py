@@ -1,9 +1,6 @@
 """Buoyancy of closed hulls: closed forms of a box, sections of H-851, the potential's gradient, and
 runs of bodies that nothing but their hull carries."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,9 +37,8 @@ MASS = 1025.0 * LENGTH * BEAM * DRAUGHT
 def afloat(hull: Hull, mass: float = MASS, **changes: object) -> Body:
     """A body of H-851's size with this hull, and no water but what it displaces."""
     inertia = mass * np.diag([22.0, 67.0, 69.0]) ** 2
-    body = Body(
-        "barge", mass, inertia, hydrostatics=hull, centre_of_gravity=(0.0, 0.0, KG - DRAUGHT)
-    )
+    centre = (0.0, 0.0, KG - DRAUGHT)
+    body = Body("barge", mass, inertia, hydrostatics=hull, centre_of_gravity=centre)
     return replace(body, **changes)
 
 
@@ -108,9 +104,8 @@ def test_a_box_has_the_closed_form_while_its_deck_is_dry_and_its_bilge_wet() -> 
         wrench, stored, _ = buoyancy(model, q)
         energy = (A * (n[2] * KG - z) ** 2 + n[0] ** 2 * I_xx + n[1] ** 2 * I_yy) / (2.0 * n[2])
         assert_allclose(stored, RHO_G * (energy + V_0 * q[2]), rtol=1e-9)
-        assert_allclose(
-            wrench[2], RHO_G * (A * (KG - z / n[2]) - V_0), rtol=0, atol=1e-9 * RHO_G * V_0
-        )
+        lift = RHO_G * (A * (KG - z / n[2]) - V_0)
+        assert_allclose(wrench[2], lift, rtol=0, atol=1e-9 * RHO_G * V_0)
         by_n = [n[0] * I_xx, n[1] * I_yy, A * KG * (n[2] * KG - z)]
         by_n[2] -= energy
         arm = np.cross([0.0, 0.0, 1.0], rotation(q[3:]) @ (np.array(by_n) / n[2]))
@@ -125,7 +120,7 @@ def rotation(angles: np.ndarray) -> np.ndarray:
     return Rotation.from_euler("ZYX", angles[::-1]).as_matrix()
 
 
-def test_a_box_has_the_sections_of_its_polygon_beyond(validated: Callable[..., None]) -> None:
+def test_a_box_has_the_sections_of_its_polygon_beyond(validated) -> None:
     model, V_0, worst = model_of(afloat(BOX)), LENGTH * BEAM * DRAUGHT, 0.0
     for q in attitudes(2, 200):
         wrench, _, _ = buoyancy(model, q)
@@ -147,10 +142,8 @@ def test_h851_has_the_sections_of_its_lines() -> None:
     V_0, off = at_rest(afloat(H851), H851, hs.scene.Environment())[0].volume, []
     for q in attitudes(3, 12):
         wrench, _, _ = buoyancy(model, q)
-        strips = [
-            section(2.0 * b, z + DRAUGHT, q)
-            for b, z in zip(hull.half_breadth(x), hull.bottom(x), strict=True)
-        ]
+        outline = zip(hull.half_breadth(x), hull.bottom(x), strict=True)
+        strips = [section(2.0 * b, z + DRAUGHT, q) for b, z in outline]
         areas = np.array([area for area, _ in strips])
         moment = dx * sum(area * centre[0] for area, centre in strips)
         turned = rotation(np.array([0.0, 0.0, q[5]])).T @ wrench[3:] / RHO_G
@@ -208,7 +201,7 @@ def swinging(hull: Hull) -> Scene:
     return scene(afloat(hull, position=start), {}, 30.0, 0.5)
 
 
-def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, float], None]) -> None:
+def test_the_ledger_closes_at_the_order_of_the_method(figure) -> None:
     left = []
     for step in (0.25, 0.125, 0.0625):
         run = hs.simulate(with_step(swinging(H851), step))
@@ -221,8 +214,7 @@ def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, flo
 
 @pytest.mark.parametrize("pulled", [False, True])
 def test_a_body_that_does_not_weigh_what_it_displaces(pulled: bool) -> None:
-    """Of 80 % of the weight it rises by 20 % of its draught, or is pulled back to it at its centre
-    of gravity: its rolling is by rho g (I + V (z_B - z_G)) of where it floats."""
+    """At 80 % of its weight it rises by 20 % of its draught and rolls as it floats there."""
     draught = DRAUGHT if pulled else 0.8 * DRAUGHT
     start = moving(heave=DRAUGHT - draught)
     body = afloat(BOX, 0.8 * MASS, weight=Weight.CARRIED, position=start)
@@ -242,9 +234,8 @@ def test_a_hull_that_is_not_its_own_mirror_image_is_seen() -> None:
     corners = np.where(BOX.corners[..., 1:2] > 0.0, [1.0, 1.02, 1.0], 1.0) * BOX.corners
     level = moving(heave=0.3)
     for hull, zero in ((BOX, True), (Hull(corners), False)):
-        notes = compile_scene(
-            scene(afloat(hull, position=level), {}, 1.0, 0.1), in_plane=True
-        ).notes
+        still = scene(afloat(hull, position=level), {}, 1.0, 0.1)
+        notes = compile_scene(still, in_plane=True).notes
         assert bool(notes.zero) == zero
         assert ("the hull of barge" in notes.symmetry) != zero
 

@@ -1,8 +1,6 @@
 """The battery that every force element must pass: zero state, action = reaction, invariance, power,
 absence."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,33 +13,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Bushing,
-    Catenary,
-    Compensator,
-    CurrentLoad,
-    Drive,
-    DryFriction,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    GasSpring,
-    LinearDamping,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    PrescribedNormal,
-    QuadraticDamping,
-    Spring,
-    SpringDamper,
-    StickSlip,
-    Stop,
-    Strut,
-    Table,
-    Winch,
-    WindLoad,
-)
+from hydrosim.elements import Catenary, Drive, Stop, Table, Winch
 from hydrosim.elements.contact.fender import CONTACT_STATES, DISSIPATED
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.kind import BODY_ROWS, HYDROSTATIC
@@ -62,68 +34,70 @@ def positive_definite(n: int) -> np.ndarray:
 
 
 STIFFNESS, DAMPING = positive_definite(6), positive_definite(6)
-KNEES = NormalCurve(np.array([0.0, 0.2, 0.5, 1.0]), np.array([0.0, 1e4, 4e4, 2e5]), damping=3e3)
-PRESSED = PrescribedNormal(Table(np.array([0.0, 10.0]), np.array([1e4, 3e4])))
+KNEES = hs.NormalCurve(np.array([0.0, 0.2, 0.5, 1.0]), np.array([0.0, 1e4, 4e4, 2e5]), damping=3e3)
+PRESSED = hs.PrescribedNormal(Table(np.array([0.0, 10.0]), np.array([1e4, 3e4])))
 POINTS = np.array([[1.0, 0.5, -1.0], [-0.8, -0.6, -1.1]])
-EARTH_PLANE = Plane((0.2, 0.1, -0.2), (0.1, -0.2, 1.0))
-DECK = Plane((0.3, -0.2, 0.9), (0.1, -0.2, 1.0), body="carrier")
+EARTH_PLANE = hs.Plane((0.2, 0.1, -0.2), (0.1, -0.2, 1.0))
+DECK = hs.Plane((0.3, -0.2, 0.9), (0.1, -0.2, 1.0), body="carrier")
 LAWS = {
-    "stick-slip": StickSlip(0.4, 0.3, 2e5, 1e4, 3e3),
-    "friction slope": FrictionSlope(0.3, 4e4),
-    "frictionless": Frictionless(),
+    "stick-slip": hs.StickSlip(0.4, 0.3, 2e5, 1e4, 3e3),
+    "friction slope": hs.FrictionSlope(0.3, 4e4),
+    "frictionless": hs.Frictionless(),
 }
 
-
 PUSH = [3e3, -2e3, 5e3, 1e3, -4e3, 2e3]
-
-
 SLACKENING = np.array([-0.3, 0.1, 0.4]), np.array([0.0, 5e3, 4e4])  # extension, tension
 
 
-def push(body_fixed: bool) -> AppliedForce:
+def push(body_fixed: bool) -> hs.AppliedForce:
     force = table([0.0, 10.0], [np.zeros(6), PUSH])
     frame = "body" if body_fixed else "earth"
-    return AppliedForce("block", (0.4, -0.3, 0.8), force, frame=frame)
+    return hs.AppliedForce("block", (0.4, -0.3, 0.8), force, frame=frame)
 
 
 ANGLES = np.radians([10.0, 80.0, 130.0, 200.0, 290.0])
 SHAPE = (np.array([9.0, 2.0, -4.0, -8.0, 3.0]), RNG.normal(size=5), RNG.normal(size=5))
 STREAM_TABLE = (ANGLES, *(1e2 * x for x in SHAPE))
+HEAD, LOW, HIGH = (0.4, -0.3, 0.8), (0.4, -0.3, -0.8), (0.4, -0.3, 2.8)
 IN_BODY_AXES = {
-    "linear damping": LinearDamping("block", DAMPING),
-    "linear damping through the water": LinearDamping("block", DAMPING, relative_to_current=True),
-    "quadratic damping": QuadraticDamping("block", DAMPING),
-    "current load": CurrentLoad("block", (0.4, -0.3, -0.8), *STREAM_TABLE),
-    "wind load": WindLoad("block", (0.4, -0.3, 2.8), *STREAM_TABLE),
+    "linear damping": hs.LinearDamping("block", DAMPING),
+    "linear damping through the water": hs.LinearDamping(
+        "block", DAMPING, relative_to_current=True
+    ),
+    "quadratic damping": hs.QuadraticDamping("block", DAMPING),
+    "current load": hs.CurrentLoad("block", LOW, *STREAM_TABLE),
+    "wind load": hs.WindLoad("block", HIGH, *STREAM_TABLE),
 }
 STREAMS = Environment(current=Stream(0.8, 0.5), wind=Stream(12.0, 2.0))
 ELEMENTS = {
     **IN_BODY_AXES,
-    "linear mooring": LinearMooring("block", STIFFNESS, DAMPING),
+    "linear mooring": hs.LinearMooring("block", STIFFNESS, DAMPING),
     "applied force": push(body_fixed=False),
     "applied force, body-fixed": push(body_fixed=True),
-    "spring to the earth": Spring(
-        "block", (0.4, -0.3, 0.8), (0.5, 0.3, 6.0), 4.2, *SLACKENING, damping=2e3
+    "spring to the earth": hs.Spring(
+        "block", HEAD, (0.5, 0.3, 6.0), 4.2, curve=hs.TensionCurve(*SLACKENING), damping=2000.0
     ),
-    "spring to another body": Spring(
-        "block", (0.4, -0.3, 0.8), (0.5, 0.2, 5.0), 2.7, *SLACKENING, 2e3, "carrier"
+    "spring to another body": hs.Spring(
+        "block",
+        HEAD,
+        (0.5, 0.2, 5.0),
+        2.7,
+        curve=hs.TensionCurve(*SLACKENING),
+        damping=2000.0,
+        anchor_body="carrier",
     ),
     **{
-        f"fender on {where}, {name}": Fender("block", POINTS, plane, KNEES, law)
+        f"fender on {where}, {name}": hs.Fender("block", POINTS, plane, curve, law)
         for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
-        for name, law in LAWS.items()
-    },
-    **{
-        f"fender on {where}, {name}": Fender("block", POINTS, plane, curve, law)
         for name, curve, law in (
+            *((name, KNEES, law) for name, law in LAWS.items()),
             ("prescribed normal force", PRESSED, LAWS["stick-slip"]),
-            ("rate-free", replace(KNEES, damping=0.0), StickSlip(0.4, 0.3, 2e5, 0.0)),
+            ("rate-free", replace(KNEES, damping=0.0), hs.StickSlip(0.4, 0.3, 2e5, 0.0)),
         )
-        for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
     },
     **all_examples(),
 }
-FENDERS = [name for name, element in ELEMENTS.items() if isinstance(element, Fender)]
+FENDERS = [name for name, element in ELEMENTS.items() if isinstance(element, hs.Fender)]
 CASES = [
     (name, mode)
     for name in ELEMENTS
@@ -135,39 +109,27 @@ CASES = [
     # a drive is a constraint, whatever acts: `tests/elements/joint/test_drives.py`
     if not isinstance(ELEMENTS[name], Drive)
 ]
-ON_EARTH = (LinearMooring, AppliedForce, Drive)  # in its axes
+ON_EARTH = (hs.LinearMooring, hs.AppliedForce, Drive)  # in its axes
 EXAMPLES = [name for name, element in ELEMENTS.items() if "example" in name]
-IN_TURNING_AXES = [
-    *IN_BODY_AXES,
-    "applied force, body-fixed",
-    *(name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH)),
-]
+TURNING_EXAMPLES = (name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH))
+IN_TURNING_AXES = [*IN_BODY_AXES, "applied force, body-fixed", *TURNING_EXAMPLES]
 RESTING = [  # prescribed forces act at rest; so may what supplies, has weight, or is pressed
     name
     for name, element in ELEMENTS.items()
     if "prescribed" not in name and not (element.supplies and name in EXAMPLES)
-    if not isinstance(element, Catenary | GasSpring | Stop)
+    if not isinstance(element, Catenary | hs.GasSpring | Stop)
 ]
 
 
 def two_bodies(at_rest: bool = False) -> tuple[Body, Body]:
-    """A block that is pressed into the carrier's deck, and the earth's plane, both turned and
-    moving; at rest it hovers."""
+    """A moving block pressed into a moving carrier's deck and the earth; at rest it hovers."""
     above = block(2e3, location=(0.5, -0.2), centre_of_gravity=(0.0, 0.0, 2.0))
     below = block(5e3, name="carrier", location=(0.3, 0.1), centre_of_gravity=(0.0, 0.0, -0.3))
     if at_rest:
         return above, below
-    above = replace(
-        above,
-        position=(0.1, -0.2, -1.6, 0.1, -0.12, 0.3),
-        velocity=(0.7, -0.5, -0.4, 0.2, 0.3, -0.25),
-    )
-    below = replace(
-        below,
-        position=(-0.1, 0.05, 0.2, -0.08, 0.1, -0.2),
-        velocity=(-0.3, 0.2, 0.15, -0.1, 0.2, 0.3),
-    )
-    return above, below
+    q, v = (0.1, -0.2, -1.6, 0.1, -0.12, 0.3), (0.7, -0.5, -0.4, 0.2, 0.3, -0.25)
+    p, u = (-0.1, 0.05, 0.2, -0.08, 0.1, -0.2), (-0.3, 0.2, 0.15, -0.1, 0.2, 0.3)
+    return replace(above, position=q, velocity=v), replace(below, position=p, velocity=u)
 
 
 def scene_of(
@@ -219,10 +181,9 @@ def evaluate(
     if mode != OPEN:
         state.modes[state.modes[:, 0] != OPEN, 0] = mode
     fenders = model.elements.fenders
-    points = state.y[fenders.state :][: CONTACT_STATES * fenders.points.size].reshape(
-        -1, CONTACT_STATES
-    )
-    if mode != OPEN and isinstance(next(iter(scene.forces.values())).friction, StickSlip):
+    states = state.y[fenders.state :][: CONTACT_STATES * fenders.points.size]
+    points = states.reshape(-1, CONTACT_STATES)
+    if mode != OPEN and isinstance(next(iter(scene.forces.values())).friction, hs.StickSlip):
         points[:, :2] = stretch
     work, dy = new_work(model), np.zeros(model.size)
     rhs(NOW, state.y, state.modes, state.history, model, work, dy)
@@ -266,7 +227,7 @@ def test_no_force_at_rest(name):
     model, state = hs.compile_scene(resting)
     work, dy = new_work(model), np.zeros(model.size)
     rhs(0.0, state.y, state.modes, state.history, model, work, dy)
-    rounding = 1e-10 if isinstance(ELEMENTS[name], Bushing) else 0.0  # of where its frames meet
+    rounding = 1e-10 if isinstance(ELEMENTS[name], hs.Bushing) else 0.0  # of where its frames meet
     assert np.abs(work.wrench).max() <= rounding
     assert np.abs(dy).max() <= rounding
 
@@ -292,7 +253,7 @@ def test_action_is_reaction(name, mode, kinematics):
         assert wrench[:, :3].sum(axis=0) == pytest.approx([0.0, 0.0, -weight], abs=1e-9)
         return
     assert wrench[:, :3].sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
-    lines = Spring | Strut | Winch | Compensator | GasSpring | Stop | DryFriction
+    lines = hs.Spring | hs.Strut | Winch | hs.Compensator | hs.GasSpring | Stop | hs.DryFriction
     if kinematics is Kinematics.EXACT or not isinstance(element, lines):  # their limit
         assert moment.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12 * np.abs(moment).max())
 
@@ -305,25 +266,21 @@ def turned_body(body: Body) -> Body:
     """The body in a scene that is turned by `TURN` and then moved by `SHIFT`."""
     R = TURN @ Rotation.from_euler("ZYX", body.position[:2:-1]).as_matrix() @ TURN.T
     angles = Rotation.from_matrix(R).as_euler("ZYX")[::-1]
-    location = TURN @ [*body.location, 0.0] + SHIFT
-    return replace(
-        body,
-        inertia=TURN @ body.inertia @ TURN.T,
-        location=tuple(location[:2]),
-        position=(*(TURN @ body.position[:3]), *angles),
-        velocity=(*(TURN @ body.velocity[:3]), *(TURN @ body.velocity[3:])),
-    )
+    position = (*(TURN @ body.position[:3]), *angles)
+    start = {"position": position, "velocity": tuple(turned_wrench(np.array(body.velocity)))}
+    location = tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2])
+    return replace(body, inertia=TURN @ body.inertia @ TURN.T, location=location, **start)
 
 
 def turned_element(element: Any) -> Any:
     both = block_diag(TURN, TURN)
-    if isinstance(element, LinearMooring):
+    if isinstance(element, hs.LinearMooring):
         K, C = (both @ A @ both.T for A in (element.stiffness, element.damping))
         return replace(element, stiffness=K, damping=C)
-    if isinstance(element, AppliedForce):
+    if isinstance(element, hs.AppliedForce):
         point = tuple(TURN @ element.point)
         return replace(element, point=point, force=table([0.0, 10.0], [np.zeros(6), both @ PUSH]))
-    if isinstance(element, Spring):
+    if isinstance(element, hs.Spring):
         anchor = TURN @ element.anchor + (SHIFT if element.anchor_body is None else 0.0)
         return replace(element, point=tuple(TURN @ element.point), anchor=tuple(anchor))
     plane = element.plane
@@ -351,16 +308,13 @@ def turned_wrench(wrench: np.ndarray) -> np.ndarray:
 def test_elements_in_body_axes_turn_with_the_body(name, at_rest):
     """Scene, streams and yaw are turned together, while the elements stay as they are: those in the
     axes of bodies, and between bodies. The bodies have another heading at rest, or at the start."""
-    if not at_rest and isinstance(ELEMENTS[name], Strut | Bushing | SpringDamper):
+    if not at_rest and isinstance(ELEMENTS[name], hs.Strut | hs.Bushing | hs.SpringDamper):
         pytest.skip("its length or place at rest depends on the headings there")
-    turned = replace(
-        scene_of({"element": ELEMENTS[name]}),
-        bodies=tuple(yawed(body, at_rest) for body in two_bodies()),
-        environment=Environment(
-            current=replace(STREAMS.current, heading=STREAMS.current.heading + 1.1),
-            wind=replace(STREAMS.wind, heading=STREAMS.wind.heading + 1.1),
-        ),
-    )
+    streams = (STREAMS.current, STREAMS.wind)
+    current, wind = (replace(stream, heading=stream.heading + 1.1) for stream in streams)
+    bodies = tuple(yawed(body, at_rest) for body in two_bodies())
+    there = Environment(current=current, wind=wind)
+    turned = replace(scene_of({"element": ELEMENTS[name]}), bodies=bodies, environment=there)
     here, there = evaluate(scene_of({"element": ELEMENTS[name]})), evaluate(turned)
     expected = turned_wrench(here.wrench[ELEMENT])
     tiny = 1e-12 * np.abs(expected).max()
@@ -373,34 +327,24 @@ def yawed(body: Body, at_rest: bool) -> Body:
     position = np.concatenate([TURN @ body.position[:3], body.position[3:]])
     heading = 1.1 if at_rest else 0.0
     position[5] += 1.1 - heading
-    velocity = np.concatenate([TURN @ body.velocity[:3], TURN @ body.velocity[3:]])
-    location = TURN @ [*body.location, 0.0] + SHIFT
-    return replace(
-        body,
-        location=tuple(location[:2]),
-        heading=heading,
-        position=tuple(position),
-        velocity=tuple(velocity),
-    )
+    velocity = tuple(turned_wrench(np.array(body.velocity)))
+    start = {"heading": heading, "position": tuple(position), "velocity": velocity}
+    return replace(body, location=tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2]), **start)
 
 
 @pytest.mark.parametrize(
     ("name", "mode"), [case for case in CASES if case[0] not in {*IN_BODY_AXES, *EXAMPLES}]
 )
 def test_everything_turns_with_the_scene(name, mode):
-    """Rotation about z and a shift; what a mooring does on angles is not a vector's, so a mooring
-    has nothing there (see the next test)."""
+    """About z, and shifted; moorings on angles are no vectors: they have none here (see below)."""
     element = ELEMENTS[name]
-    if isinstance(element, LinearMooring):
+    if isinstance(element, hs.LinearMooring):
         K, C = (block_diag(A[:3, :3], np.zeros((3, 3))) for A in (STIFFNESS, DAMPING))
         element = replace(element, stiffness=K, damping=C)
     original = scene_of({"element": element})
     here = evaluate(original, mode)
-    other = replace(
-        original,
-        bodies=tuple(turned_body(body) for body in original.bodies),
-        forces={"element": turned_element(element)},
-    )
+    bodies = tuple(turned_body(body) for body in original.bodies)
+    other = replace(original, bodies=bodies, forces={"element": turned_element(element)})
     stretch = turned_stretch(here, evaluate(other, mode)) if name in FENDERS else STRETCH
     there = evaluate(other, mode, stretch=stretch)
     expected = turned_wrench(here.wrench[ELEMENT])
@@ -413,18 +357,14 @@ def test_everything_turns_with_the_scene(name, mode):
 
 
 def test_springs_on_angles_turn_with_the_scene_to_first_order():
-    """Angles are no vector: the moment of a linear spring turns with the scene up to a part that
-    is proportional to the angles."""
+    """The moment of a linear spring turns up to a part that is proportional to the angles."""
 
     def difference(size: float) -> float:
         body = block(2e3, position=(0.0, 0.0, 0.0, 0.1 * size, -0.12 * size, 0.3 * size))
-        springs = {"mooring": LinearMooring("block", STIFFNESS)}
+        springs = {"mooring": hs.LinearMooring("block", STIFFNESS)}
         original = scene(body, springs, 10.0, 0.5)
-        other = replace(
-            original,
-            bodies=(turned_body(body),),
-            forces={"mooring": turned_element(replace(springs["mooring"], damping=DAMPING))},
-        )
+        turned = turned_element(replace(springs["mooring"], damping=DAMPING))
+        other = replace(original, bodies=(turned_body(body),), forces={"mooring": turned})
         here, there = (evaluate(s).wrench[ELEMENT] for s in (original, other))
         return float(np.abs(there - turned_wrench(here)).max() / np.abs(here).max())
 
@@ -433,16 +373,16 @@ def test_springs_on_angles_turn_with_the_scene_to_first_order():
 
 
 IDLE = {
-    "linear mooring": LinearMooring("block", np.zeros((6, 6))),
+    "linear mooring": hs.LinearMooring("block", np.zeros((6, 6))),
     "applied force": steady(surge=0.0, yaw=0.0),
-    "linear damping": LinearDamping("block", np.zeros((6, 6))),
-    "quadratic damping": QuadraticDamping("block", np.zeros((6, 6))),
-    "wind load": WindLoad("block", (0.0, 0.0, 1.0), ANGLES, *np.zeros((3, 5))),
-    "spring": Spring("block", (0.4, -0.3, 0.8), (50.0, 0.0, 0.0), 100.0, *SLACKENING, damping=2e3),
+    "linear damping": hs.LinearDamping("block", np.zeros((6, 6))),
+    "quadratic damping": hs.QuadraticDamping("block", np.zeros((6, 6))),
+    "wind load": hs.WindLoad("block", (0.0, 0.0, 1.0), ANGLES, *np.zeros((3, 5))),
+    "spring": hs.Spring(
+        "block", HEAD, (50.0, 0.0, 0.0), 100.0, curve=hs.TensionCurve(*SLACKENING), damping=2000.0
+    ),
     **{
-        f"fender, {name}": Fender(
-            "block", POINTS, Plane((0.0, 0.0, -50.0), (0.0, 0.0, 1.0)), KNEES, law
-        )
+        f"fender, {name}": hs.Fender("block", POINTS, hs.Plane((0, 0, -50), (0, 0, 1)), KNEES, law)
         for name, law in LAWS.items()
     },
 }
@@ -450,7 +390,7 @@ IDLE = {
 
 def drifting(elements: Mapping[str, Any]) -> Scene:
     """A body on a spring, and whatever else."""
-    spring = {"spring": LinearMooring("block", STIFFNESS)}
+    spring = {"spring": hs.LinearMooring("block", STIFFNESS)}
     body = block(2e3, position=moving(surge=0.3, pitch=0.1), velocity=moving(sway=1.0, yaw=0.2))
     return scene(body, {**spring, **elements}, 5.0, 0.1, step=0.05)
 
@@ -466,7 +406,7 @@ def test_an_element_that_does_nothing_changes_nothing(name):
 def largest_array(p: Any) -> int:
     """Entries of the largest array among the constants of a kind."""
     parts = p if isinstance(p, tuple) else (p,)
-    return max(part.size for part in parts if isinstance(part, np.ndarray))
+    return max((part.size for part in parts if isinstance(part, np.ndarray)), default=0)
 
 
 def test_absent_elements_have_no_size():

@@ -1,7 +1,5 @@
 """Gusts: spectra and profiles against their formulas, series against sums, motions in gusts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -16,20 +14,7 @@ from scipy.special import beta, betainc
 
 import hydrosim as hs
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
-from hydrosim.elements import LinearMooring, WindLoad
-from hydrosim.scene import (
-    Amplitudes,
-    Environment,
-    Gusts,
-    GustSpectrum,
-    RegularWave,
-    Scene,
-    Start,
-    Stream,
-    WaveTrain,
-    WindLaw,
-    WindProfile,
-)
+from hydrosim.scene import Amplitudes, GustSpectrum, WindLaw, WindProfile
 from hydrosim.study.seas import Sea, scene_in_sea
 from hydrosim.study.sweep import scenes_with_seeds
 from hydrosim.water.components import GUSTS, phases
@@ -52,25 +37,24 @@ MASS, STIFFNESS, DAMPING = 2e4, 5e3, 1e3
 SPEED, HEIGHT = 20.0, 30.0
 
 
-def gusty(speed: float = SPEED, heading: float = 0.0, **gusts: Any) -> Environment:
+def gusty(speed: float = SPEED, heading: float = 0.0, **gusts: Any) -> hs.Environment:
     """Wind with the profile and the gusts of NPD."""
     settings = {"repeat_period": 600.0, "seed": 3, **gusts}
-    return Environment(wind=Stream(speed, heading), wind_profile=NPD, gusts=Gusts(**settings))
+    wind = hs.Stream(speed, heading)
+    return hs.Environment(wind=wind, wind_profile=NPD, gusts=hs.Gusts(**settings))
 
 
-def round_load(height: float = HEIGHT) -> WindLoad:
+def round_load(height: float = HEIGHT) -> hs.WindLoad:
     """F = c |w| w, exact along the x axis."""
     along, aside = C * np.cos(HEADINGS), C * np.sin(HEADINGS)
-    return WindLoad("block", (3.0, -1.0, height), HEADINGS, along, aside, 0.0 * HEADINGS)
+    return hs.WindLoad("block", (3.0, -1.0, height), HEADINGS, along, aside, 0.0 * HEADINGS)
 
 
-def moored(environment: Environment, duration: float = 30.0, **solver: Any) -> Scene:
+def moored(environment: hs.Environment, duration: float = 30.0, **solver: Any) -> hs.Scene:
     """A block on a mooring in surge and sway, in the wind."""
     size = np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-    forces = {
-        "wind": round_load(),
-        "lines": LinearMooring("block", STIFFNESS * size, DAMPING * size),
-    }
+    lines = hs.LinearMooring("block", STIFFNESS * size, DAMPING * size)
+    forces = {"wind": round_load(), "lines": lines}
     body = block(MASS, dofs=["surge", "sway"])
     still = scene(body, forces, duration, 0.5, **{"step": 0.1, **solver})
     return replace(still, environment=environment)
@@ -88,7 +72,7 @@ def npd_density(f: float | np.ndarray, height: float) -> Any:
     return whole / (1.0 + x**0.468) ** (5.0 / (3.0 * 0.468))
 
 
-def gusts_by_hand(environment: Environment, height: float, time: np.ndarray) -> np.ndarray:
+def gusts_by_hand(environment: hs.Environment, height: float, time: np.ndarray) -> np.ndarray:
     """Sum of components whose amplitudes are from the formula, one by one."""
     gusts = environment.gusts
     assert gusts is not None
@@ -108,7 +92,7 @@ def gusts_by_hand(environment: Environment, height: float, time: np.ndarray) -> 
 def test_npd_against_the_same_formulas_in_feet(speed: float, height: float) -> None:
     """API RP 2A-WSD 21st edition, 2.3.2, has them in feet, with constants of three digits."""
     U, z = speed / FOOT, height / FOOT
-    wind = mean_wind(Environment(wind=Stream(speed), wind_profile=NPD))
+    wind = mean_wind(hs.Environment(wind=hs.Stream(speed), wind_profile=NPD))
     mean = U * (1.0 + 0.0573 * np.sqrt(1.0 + 0.0457 * U) * np.log(z / 32.8))
     assert wind.speed_at(height) == pytest.approx(mean * FOOT, rel=1e-3)
     intensity = 0.06 * (1.0 + 0.0131 * U) * (z / 32.8) ** -0.22
@@ -123,18 +107,17 @@ def test_npd_against_the_same_formulas_in_feet(speed: float, height: float) -> N
 
 
 def test_another_averaging_time_and_height_are_the_same_wind() -> None:
-    """The mean of 10 min at 30 m, from that of one hour at 10 m and back; an hour at 10 m is as
-    given to the bit."""
+    """10 min at 30 m from one hour at 10 m and back; an hour at 10 m is as given to the bit."""
     at = replace(NPD, height=30.0)
     given = npd_speed(30.0) * gust_factor(SPEED, 30.0, 600.0)
-    water = Environment(wind=Stream(given), wind_profile=at, gusts=Gusts(averaging=600.0))
+    water = hs.Environment(wind=hs.Stream(given), wind_profile=at, gusts=hs.Gusts(averaging=600.0))
     assert mean_wind(water).hour_mean == pytest.approx(SPEED, rel=1e-12)
     assert mean_wind(gusty()).hour_mean == SPEED
     power = replace(at, law=WindLaw.POWER, exponent=0.125)
-    wind = mean_wind(Environment(wind=Stream(12.0), wind_profile=power))
+    wind = mean_wind(hs.Environment(wind=hs.Stream(12.0), wind_profile=power))
     assert wind.speed_at(30.0) == pytest.approx(12.0, rel=1e-12)
     assert wind.speed_at(80.0) == pytest.approx(12.0 * (80.0 / 30.0) ** 0.125, rel=1e-12)
-    uniform = mean_wind(Environment(wind=Stream(12.0)))
+    uniform = mean_wind(hs.Environment(wind=hs.Stream(12.0)))
     assert uniform.speed_at(80.0) == uniform.speed_at(1.0) == 12.0
 
 
@@ -152,7 +135,7 @@ def test_variance_of_npd_gusts_against_its_closed_form(height: float) -> None:
     band = up_to(0.5) - up_to(1.0 / 600.0)
     wind = mean_wind(gusty())
     for period in (600.0, 10800.0):
-        found = gust_components(Gusts(repeat_period=period), wind, [height])
+        found = gust_components(hs.Gusts(repeat_period=period), wind, [height])
         assert 0.5 * np.sum(found.amplitude**2) == pytest.approx(band, rel=1e-7)
     below, within, above = variance(GustSpectrum.NPD, height, wind, 1.0 / 600.0, 0.5)
     assert within == pytest.approx(band, rel=1e-6)
@@ -161,8 +144,7 @@ def test_variance_of_npd_gusts_against_its_closed_form(height: float) -> None:
 
 
 def test_other_spectra() -> None:
-    """API's integral is its s^2; Ochi and Shin's three pieces meet within the digits of their
-    constants."""
+    """API's integral is its s^2; Ochi and Shin's three pieces meet within their digits."""
     wind = mean_wind(gusty())
     s = 0.15 * npd_speed(40.0) * 2.0**-0.275
     assert sum(variance(GustSpectrum.API, 40.0, wind, 0.01, 0.1)) == pytest.approx(s**2, rel=2e-3)
@@ -173,8 +155,7 @@ def test_other_spectra() -> None:
 
 
 def test_spectrum_over_seeds() -> None:
-    """Periodograms of 60 series with random amplitudes, in five bands; the standard deviation of a
-    mean is 0.4 %."""
+    """Periodograms of 60 series with random amplitudes in five bands: means are good to 0.4 %."""
     period, dt, edges = 10800.0, 0.5, np.array([1.0 / 600.0, 0.1, 0.2, 0.3, 0.4, 0.5])
     total = np.zeros(5)
     for seed in range(60):
@@ -202,13 +183,9 @@ def test_series_against_the_sum_at_any_time() -> None:
             parts = gust_components(water.gusts, mean_wind(water), [height])
             angle = np.multiply.outer(time, parts.omega) + parts.phase
             assert np.abs(found - np.cos(angle) @ parts.amplitude[:, 0]).max() < within
-    assert (
-        np.abs(
-            gusts_by_hand(water, HEIGHT, nodes)
-            - np.cos(np.multiply.outer(nodes, parts.omega) + parts.phase) @ parts.amplitude[:, 0]
-        ).max()
-        < 1e-6
-    )
+    phases = np.multiply.outer(nodes, parts.omega) + parts.phase
+    exact = np.cos(phases) @ parts.amplitude[:, 0]
+    assert np.abs(gusts_by_hand(water, HEIGHT, nodes) - exact).max() < 1e-6
 
 
 def test_a_series_knows_neither_the_run_nor_the_waves() -> None:
@@ -216,9 +193,9 @@ def test_a_series_knows_neither_the_run_nor_the_waves() -> None:
     short = gust_table(gusty(), [10.0], 0.05, 30.0)
     long = gust_table(gusty(), [10.0, 50.0], 0.05, 300.0)
     assert np.array_equal(short.values[:, 0], long.values[: len(short.values), 0])
-    train = WaveTrain(RegularWave(1.0, 8.0), seed=3)
+    train = hs.WaveTrain(hs.RegularWave(1.0, 8.0), seed=3)
     waves = phases(train, 0, 4000)
-    gusts = phases(Gusts(seed=3), GUSTS, 4000)
+    gusts = phases(hs.Gusts(seed=3), GUSTS, 4000)
     assert abs(np.corrcoef(waves, gusts)[0, 1]) < 0.06
     assert not np.isin(gusts, waves).any()
     other = gust_table(gusty(seed=4), [10.0], 0.05, 300.0)
@@ -278,14 +255,8 @@ def test_a_moored_mass_in_gusts() -> None:
     found = errors(still, steps, exact)
     assert found[-1] < 1e-8 * np.abs(exact).max()
     assert observed_orders(steps, found) == pytest.approx([4.0, 4.0], abs=0.3)
-    adaptive = replace(
-        still,
-        solver=replace(
-            still.solver,
-            method=hs.scene.Method.DOPRI5,
-            tolerance=hs.scene.Tolerance(1e-9, 1e-9, 1e-9),
-        ),
-    )
+    tight = {"method": hs.scene.Method.DOPRI5, "tolerance": hs.Tolerance(1e-9, 1e-9, 1e-9)}
+    adaptive = replace(still, solver=replace(still.solver, **tight))
     run = hs.simulate(adaptive)
     assert np.abs(run.position.values[:, 0, 0] - exact).max() < 1e-6
 
@@ -294,7 +265,7 @@ def test_a_restart_in_gusts_goes_on_to_the_bit() -> None:
     whole = run_moored()
     still = moored(gusty(heading=0.6, ramp=5.0))
     before = hs.simulate(replace(still, duration=12.0))
-    after = hs.simulate(replace(still, duration=18.0, initial=Start(before)))
+    after = hs.simulate(replace(still, duration=18.0, initial=hs.Start(before)))
     for name in ("position", "velocity", "wind_speed", "force_wind"):
         assert np.array_equal(after[name].values, whole[name].sel(time=after.time).values), name
 
@@ -313,7 +284,7 @@ def test_linear_response_to_gusts() -> None:
     """Along the wind the load changes by 2 c U u, and damps by 2 c U."""
     found = linear_analysis(moored(gusty(repeat_period=10800.0)), LinearRequest())
     wind = mean_wind(gusty())
-    parts = gust_components(Gusts(seed=3), wind, [HEIGHT])
+    parts = gust_components(hs.Gusts(seed=3), wind, [HEIGHT])
     U, w = npd_speed(HEIGHT), parts.omega
     D = STIFFNESS - w**2 * MASS + 1j * w * (DAMPING + 2.0 * C * U)
     exact = np.sqrt(0.5 * np.sum(np.abs(2.0 * C * U * parts.amplitude[:, 0] / D) ** 2))
@@ -323,7 +294,7 @@ def test_linear_response_to_gusts() -> None:
 
 def test_seeds_of_studies_draw_gusts_too() -> None:
     """A sweep and a search for limits give the gusts the seed that they give the waves."""
-    train = WaveTrain(hs.scene.Jonswap(2.0, 8.0))
+    train = hs.WaveTrain(hs.scene.Jonswap(2.0, 8.0))
     water = replace(gusty(), waves=(train,))
     still = moored(water)
     for one in (scenes_with_seeds(still, [7])[0], scene_in_sea(still, Sea(8.0, 0.0), 2.0, 7)):

@@ -1,10 +1,9 @@
 """Kinds answer for themselves: outside `hydrosim.elements` next to nobody names one."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,7 @@ from scenes import block, in_contact, on_floor, scene
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.elements import (
-    ELEMENT_KINDS,
-    Elements,
-    Frictionless,
-    coupled_states,
-    modes_of_kind,
-)
+from hydrosim.elements import ELEMENT_KINDS, Elements, Frictionless, coupled_states, modes_of_kind
 from hydrosim.elements.events import count_reaction_rows
 from hydrosim.elements.kind import (
     ElementKind,
@@ -81,17 +74,14 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
     compiled = hs.compile_scene(in_contact(20.0))
     model = compiled.model
     rows = np.arange(len(compiled.state.modes))
-    seen = [
-        modes_of_kind(kind, kind.constants_in(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS
-    ]
+    constants = [(kind, kind.constants_in(model)) for kind in ELEMENT_KINDS]
+    seen = [modes_of_kind(kind, p, rows[:, None])[:, 0] for kind, p in constants]
     assert np.concatenate(seen).tolist() == rows.tolist()
-    names = [
-        f"{component} of {block.prefix}{owner}"
-        for kind in ELEMENT_KINDS
-        for block in kind.states(kind.constants_in(model), compiled.scene)
-        for owner in block.owners
-        for component in block.components
-    ]
+    names = []
+    for kind in ELEMENT_KINDS:
+        for states in kind.states(kind.constants_in(model), compiled.scene):
+            owners = [f"{states.prefix}{owner}" for owner in states.owners]
+            names += [f"{part} of {owner}" for owner in owners for part in states.components]
     assert len(names) == model.slow - model.own
     felt = coupled_states(model)
     assert np.all((felt >= model.own) & (felt < model.slow))
@@ -109,11 +99,8 @@ def test_reactions_are_of_one_unit_each() -> None:
     made = replace(scene(block(1e3), {"feet": feet}, 1.0, 0.1), joints=joints)
     elements = hs.compile_scene(made).model.elements
     locks, motions = elements.locks, elements.joint_motions
-    places = [
-        *range(elements.fenders.points.size),
-        *range(locks.reaction, locks.reaction + locks.each.size),
-        *range(motions.reaction, motions.reaction + motions.each.size),
-    ]
+    held = (range(x.reaction, x.reaction + x.each.size) for x in (locks, motions))
+    places = [*range(elements.fenders.points.size), *chain(*held)]
     assert places == [*range(count_reaction_rows(elements))]
 
 

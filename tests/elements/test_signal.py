@@ -1,24 +1,19 @@
 """Signals: values and rates against numpy and scipy, motions under them against closed forms."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import block, errors, observed_orders, scene, surge
+from scenes import block, central_force, errors, observed_orders, scene, surge
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Harmonic, Recorded, Signal, Table, constant
+from hydrosim.elements import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.elements.signal import compile_signals, corners, rate, time_of_largest, value
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Start
 
-Figure = Callable[[str, float], None]
 RNG = np.random.default_rng(3)
 EVEN = np.linspace(2.0, 12.0, 41)
 UNEVEN = np.sort(RNG.uniform(2.0, 12.0, 41))
@@ -97,12 +92,12 @@ MASS = 5.0
 
 def pushed(signal: Signal, step: float = 0.02, **solver: object) -> hs.Scene:
     """A mass at rest that a signal pushes along x for 20 s."""
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": signal})
+    push = central_force(surge=signal)
     body = block(MASS, ("surge",))
     return scene(body, {"push": push}, 20.0, 0.5, step=step, **solver)
 
 
-def test_motion_under_a_sine(validated: Callable[..., None]) -> None:
+def test_motion_under_a_sine(validated) -> None:
     """The double integral of (mean + A sin(w t + phase)) / m; rk4 is Simpson's rule for it, off
     by no more than T A w^4 h^4 / 2880 w / m."""
     force, w = Harmonic(3.0, 8.0, mean=0.5, phase=0.7), 2 * pi / 8.0
@@ -136,9 +131,8 @@ def test_motion_under_a_table_is_exact(time: np.ndarray) -> None:
     assert surge(run)[-1] == pytest.approx(place, abs=1e-11)
 
 
-def test_a_record_keeps_the_order_of_rk4(figure: Figure) -> None:
-    """Against the antiderivatives of scipy's spline; steps and values of the record do not fall
-    together."""
+def test_a_record_keeps_the_order_of_rk4(figure) -> None:
+    """Against the antiderivatives of scipy's spline; steps miss the record's values."""
     time = np.linspace(0.0, 20.0, 53)
     record = Recorded(time, np.sin(time) + 0.3 * np.sin(2.3 * time))
     at = 0.5 * np.arange(41)
@@ -162,7 +156,7 @@ def test_a_run_that_goes_on_beyond_its_record_is_refused() -> None:
     time = np.linspace(0.0, 30.0, 50)
     whole = pushed(Recorded(time, np.sin(time)))
     run = hs.simulate(whole)
-    begun = replace(whole, initial=Start(run))
+    begun = replace(whole, initial=hs.Start(run))
     with pytest.raises(hs.InputError, match="whole run, from 20 s to its end at 40 s"):
         hs.simulate(begun)
     later = time + 15.0

@@ -1,7 +1,5 @@
 """Elements that act for a time only: when they begin and end, and what the ledger says of it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent
@@ -9,10 +7,9 @@ from textwrap import dedent
 import numpy as np
 import pytest
 from reading import texts
-from scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
+from scenes import block, central_force, heave, moving, on_floor, scene, steady, surge, with_step
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.run import run_document
@@ -38,9 +35,8 @@ def test_a_force_acts_between_its_times_to_the_last_digit(method, validated):
     """Times that are on no grid: x = F / 2m (t - a)^2, and then straight on."""
     a, b = 0.7123, 2.3456
     brief = replace(steady(surge=5.0), active=during(a, b))
-    run = hs.simulate(
-        with_step(scene(block(MASS, ALONG), {"brief": brief}, 4.0, 0.1), 0.1, method=method)
-    )
+    pushed = scene(block(MASS, ALONG), {"brief": brief}, 4.0, 0.1)
+    run = hs.simulate(with_step(pushed, 0.1, method=method))
     t = run.time.values
     on, after = np.clip(t - a, 0.0, b - a), np.maximum(t - b, 0.0)
     expected = 0.5 * 5.0 / MASS * on**2 + 5.0 / MASS * (b - a) * after
@@ -48,39 +44,32 @@ def test_a_force_acts_between_its_times_to_the_last_digit(method, validated):
     claim = "force that acts between two times, every method [m]"
     validated(Kind.CLOSED_FORM, claim, "parabola and straight lines", error, 1e-9, Feature.TRIGGERS)
     assert [*run.trigger_stage.values[[0, 15, -1], 0]] == [0, 1, 2]
-    assert run.energy_work_brief.values[-1] == pytest.approx(
-        0.5 * MASS * (5.0 / MASS * (b - a)) ** 2
-    )
+    work = 0.5 * MASS * (5.0 / MASS * (b - a)) ** 2
+    assert run.energy_work_brief.values[-1] == pytest.approx(work)
 
 
 def test_a_force_begins_when_the_body_is_fast_and_ends_when_it_is_far():
     """v = F t / m reaches 1.2 m/s, and the pull against it brings x back down to its own event."""
-    brake = replace(
-        steady(surge=-6.0),
-        active=Active(
-            When(channel="velocity.block.surge", above=1.2), When(channel="speed.block", below=0.3)
-        ),
-    )
+    fast = When(channel="velocity.block.surge", above=1.2)
+    slow = When(channel="speed.block", below=0.3)
+    brake = replace(steady(surge=-6.0), active=Active(fast, slow))
     run = hs.simulate(pushed(brake=brake))
     begun, v = 1.2 * MASS / 3.0, run.velocity.values[:, 0, 0]
     ended = begun + (1.2 - 0.3) * MASS / 3.0
     t = run.time.values
-    expected = np.where(
-        t < begun,
-        3.0 * t / MASS,
-        np.where(t < ended, 1.2 - 3.0 * (t - begun) / MASS, 0.3 + 3.0 * (t - ended) / MASS),
-    )
+    braked, freed = 1.2 - 3.0 * (t - begun) / MASS, 0.3 + 3.0 * (t - ended) / MASS
+    expected = np.where(t < begun, 3.0 * t / MASS, np.where(t < ended, braked, freed))
     assert v == pytest.approx(expected, abs=1e-9)
 
 
 def test_what_must_last_is_counted_anew_each_time():
     """x = sin t is above 0.5 for 2 pi / 3 at a time, and above -0.5 for 4 pi / 3."""
     body = block(MASS, ALONG, velocity=moving(surge=1.0))
-    spring = LinearMooring("block", MASS * np.eye(6))
+    spring = hs.LinearMooring("block", MASS * np.eye(6))
 
     def begins(value: float, lasting: float) -> float:
         when = Active(When(channel="position.block.surge", above=value, lasting=lasting))
-        drag = replace(LinearDamping("block", np.eye(6)), active=when)
+        drag = replace(hs.LinearDamping("block", np.eye(6)), active=when)
         run = hs.simulate(scene(body, {"spring": spring, "drag": drag}, 20.0, 0.01, step=0.01))
         on = np.flatnonzero(run.trigger_stage.values[:, 0])
         return float(run.time.values[on[0]]) if on.size else np.inf
@@ -97,9 +86,15 @@ TAUT = np.array([0.0, 1.0]), np.array([0.0, 50.0])
 @pytest.mark.parametrize(
     ("name", "element", "k"),
     [
-        ("line", Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), 9.0, *TAUT), 50.0),
-        ("mooring", LinearMooring("block", 50.0 * np.eye(6)), 50.0),
-        ("pad", on_floor(80.0, Frictionless()), 80.0),
+        (
+            "line",
+            hs.Spring(
+                "block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), 9.0, curve=hs.TensionCurve(*TAUT)
+            ),
+            50.0,
+        ),
+        ("mooring", hs.LinearMooring("block", 50.0 * np.eye(6)), 50.0),
+        ("pad", on_floor(80.0, hs.Frictionless()), 80.0),
     ],
 )
 def test_what_is_stored_as_elements_come_and_go_is_in_the_ledger(name, element, k):
@@ -141,13 +136,12 @@ def test_a_restart_while_something_lasts_is_the_run_to_the_bit():
 
 def test_a_scene_with_a_trigger_is_not_taken_for_linear():
     body = block(MASS, ALONG, position=moving(surge=1.0))
-    spring = replace(LinearMooring("block", np.eye(6)), active=during(until=1.0))
+    spring = replace(hs.LinearMooring("block", np.eye(6)), active=during(until=1.0))
     linear = replace(scene(body, {"spring": spring}, 3.0, 0.1).solver, linear="exact")
     run = hs.simulate(replace(scene(body, {"spring": spring}, 3.0, 0.1), solver=linear))
     assert "spring is not always active" in run.attrs["solver_linear"]
-    assert surge(run)[-1] == pytest.approx(
-        np.cos(np.sqrt(0.5)) - 2.0 * np.sqrt(0.5) * np.sin(np.sqrt(0.5)), abs=1e-5
-    )
+    w = np.sqrt(0.5)
+    assert surge(run)[-1] == pytest.approx(np.cos(w) - 2.0 * w * np.sin(w), abs=1e-5)
 
 
 CASE = """
@@ -217,16 +211,11 @@ def test_what_cannot_be_waited_for_is_a_message(tmp_path, keys, expected):
 
 def test_contacts_can_be_waited_for():
     """A force that begins when a pad carries 5 N, and ends when it has done so for 0.2 s."""
-    when = Active(
-        When(channel="fender_normal_force.pad", above=5.0),
-        When(channel="fender_compression.pad 1", above=0.0, lasting=0.3),
-    )
-    lift = AppliedForce("block", (0.0, 0.0, 0.0), steady(heave=1.0).force)
-    forces = {
-        "pad": on_floor(80.0, Frictionless()),
-        "down": steady(heave=-10.0),
-        "lift": replace(lift, active=when),
-    }
+    pressed = When(channel="fender_normal_force.pad", above=5.0)
+    when = Active(pressed, When(channel="fender_compression.pad 1", above=0.0, lasting=0.3))
+    lift = central_force(**steady(heave=1.0).force)
+    pad, lift = on_floor(80.0, hs.Frictionless()), replace(lift, active=when)
+    forces = {"pad": pad, "down": steady(heave=-10.0), "lift": lift}
     body = block(MASS, ("heave",), position=moving(heave=0.1))
     run = hs.simulate(scene(body, forces, 1.0, 0.005, step=0.005))
     stage, N = run.trigger_stage.values[:, 0], run.fender_normal_force.values[:, 0]

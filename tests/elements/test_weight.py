@@ -1,8 +1,5 @@
 """Weight as a force of its own: against closed forms, its own potential, and balance at rest."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -31,11 +28,8 @@ def hung(**solver: object) -> hs.Scene:
 
 
 @pytest.mark.parametrize("linear", LinearScenes)
-def test_a_weight_on_a_spring_swings_about_its_sag(
-    linear: LinearScenes, validated: Callable[..., None]
-) -> None:
-    """z = -(m g / k) (1 - cos w t), stepped (rk4: w h = 0.037, an error of 200 periods of
-    (w h)^4 / 120) and propagated; the ledger closes."""
+def test_a_weight_on_a_spring_swings_about_its_sag(linear, validated):
+    """z = -(m g / k) (1 - cos w t), stepped (rk4: 200 periods of (w h)^4 / 120) and propagated."""
     run = hs.simulate(hung(linear=linear))
     w = np.sqrt(STIFFNESS / MASS)
     expected = -MASS * G / STIFFNESS * (1.0 - np.cos(w * run.time.values))
@@ -50,8 +44,7 @@ def test_a_weight_on_a_spring_swings_about_its_sag(
 
 @pytest.mark.parametrize("kinematics", Kinematics)
 def test_power_of_weight_is_what_its_potential_loses(kinematics: Kinematics) -> None:
-    """Of a body whose centre of gravity is off its origin and that holds fluids with free surfaces:
-    F v = -dU/dt by central differences, at any angles."""
+    """F v = -dU/dt by central differences, off the origin, with fluids, at any angles."""
     rng = np.random.default_rng(8)
     carried = block(MASS, weight=Weight.CARRIED)
     still = scene(carried, {"push": steady(heave=1.0)}, 1.0, 1.0, kinematics=kinematics)
@@ -112,7 +105,11 @@ def test_what_nothing_carries_is_refused() -> None:
     loose, other = block(MASS, weight=Weight.CARRIED), block(MASS, name="other")
     damper = {"damper": LinearDamping("block", damping=np.eye(6))}
     curve = (np.array([0.0, 1.0]), np.array([0.0, 1e5]))
-    line = {"line": Spring("block", (0, 0, 1.0), (0, 0, 0), 1.0, *curve, anchor_body="other")}
+    line = {
+        "line": Spring(
+            "block", (0, 0, 1.0), (0, 0, 0), 1.0, curve=hs.TensionCurve(*curve), anchor_body="other"
+        )
+    }
     for bodies, forces in (([loose], {}), ([loose], damper), ([loose, other], line)):
         with pytest.raises(InputError, match=r"bodies\.block\.weight: found carried, but nothing"):
             hs.compile_scene(scene(bodies, forces, 1.0, 0.1))

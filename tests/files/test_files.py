@@ -1,7 +1,5 @@
 """What is no plain file is not waited for: a pipe, a socket or a device may never end."""
 
-from __future__ import annotations
-
 import os
 import socket
 from collections.abc import Callable

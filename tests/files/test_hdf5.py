@@ -1,7 +1,5 @@
 """Whether HDF5 files are whole, and that this is not remembered of another state of a file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py

@@ -1,7 +1,5 @@
 """JSON schemas for editors: they take what hydrosim takes, and find mistakes where they are."""
 
-from __future__ import annotations
-
 import json
 import re
 from copy import deepcopy
@@ -14,8 +12,8 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 from markers import few
 
-from hydrosim.cli.case import FileKind, schema_of
 from hydrosim.files.yaml_nodes import compose_nodes, plain_values
+from hydrosim.interface.new import FileKind, schema_of
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted(path for path in (ROOT / "cases").rglob("*.yaml") if path.parent.name != "studies")
@@ -49,72 +47,55 @@ def test_shipped_files_are_valid(kind: FileKind, path: Path) -> None:
     assert not list(validator(kind).iter_errors(content(path)))
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("title", GONE),
-        ("title", 3),
-        ("duration", GONE),
-        ("duration", "long"),
-        ("duration", 0),
-        ("duration", "-5 s"),
-        ("duration", [100]),
-        ("durration", "100 s"),
-        ("bodies", GONE),
-        ("bodies", []),
-        ("environment.water_depth", "deep"),
-        ("environment.water_depth", -10),
-        ("environment.water_density", "heavy"),
-        ("environment.gravity", 0.0),
-        ("environment.depth", 10),
-        ("environment.waves.spectrum", "jonswop"),
-        ("environment.waves.spectrum", GONE),
-        ("environment.waves.peak_period", 0),
-        ("environment.waves.peak_period", "-8 s"),
-        ("environment.waves.peak_enhancement", 0.5),
-        ("environment.waves.seeds", 3),
-        ("environment.current", {"heading": "10 deg"}),
-        ("environment.current", {"speed": "-1 m/s"}),
-        ("environment.wind", 12.0),
-        (f"{BARGE}.mass", "-3 tonne"),
-        (f"{BARGE}.mass", True),
-        (f"{BARGE}.mas", 100.0),
-        (f"{BARGE}.centre_of_gravity", [0, 0]),
-        (f"{BARGE}.centre_of_gravity", [0, 0, 0, 0]),
-        (f"{BARGE}.centre_of_gravity", "0 m"),
-        (f"{BARGE}.radii_of_gyration", [1, 0, 1]),
-        (f"{BARGE}.dofs", "surge"),
-        (f"{BARGE}.dofs", [1, 2]),
-        (f"{BARGE}.radiation", "states"),
-        (f"{BARGE}.radiation", {"model": "convolution", "lenght": "80 s"}),
-        (f"{BARGE}.radiation", {"model": "constant"}),
-        (f"{BARGE}.wave_forces.second_order", "full"),
-        (f"{BARGE}.wave_forces.first_order", "yes"),
-        (f"{BARGE}.weight", "heavy"),
-        (f"{BARGE}.database_body", 0),
-        (f"{BARGE}.initial.position", [0, 0, 0]),
-        (f"{BARGE}.initial.position", {"heav": "1 m"}),
-        (f"{BARGE}.initial.velocity", {"heave": True}),
-        (f"{BARGE}.radii_of_gyration", {"roll": "22 m", "pitch": "67 m"}),
-        (f"{BARGE}.inertia", {"roll": 1e6, "pitch": 1e6, "jaw": 1e6}),
-        (f"{FENDER}.type", "fenders"),
-        (f"{FENDER}.type", GONE),
-        (f"{FENDER}.body", 1),
-        (f"{FENDER}.points", [[0, 0]]),
-        (f"{FENDER}.friction.law", "slip_stick"),
-        (f"{FENDER}.friction.static", -0.2),
-        (f"{FENDER}.plane.normal", [0, 1]),
-        ("solver.method", "rk5"),
-        ("solver.step", 0),
-        ("solver.step", "fast"),
-        ("solver.tolerance", 1e-6),
-        ("output.step", "-1 s"),
-        ("output.states", 1),
-        ("output.wave_probes", {"bow": [1, 2, 3]}),
-        ("accept", "plane"),
-        ("accept", ["plains"]),
-        ("initial", "resting"),
+MISTAKES = {
+    "title": [GONE, 3],
+    "duration": [GONE, "long", 0, "-5 s", [100]],
+    "durration": ["100 s"],
+    "bodies": [GONE, []],
+    "environment.water_depth": ["deep", -10],
+    "environment.water_density": ["heavy"],
+    "environment.gravity": [0.0],
+    "environment.depth": [10],
+    "environment.waves.spectrum": ["jonswop", GONE],
+    "environment.waves.peak_period": [0, "-8 s"],
+    "environment.waves.peak_enhancement": [0.5],
+    "environment.waves.seeds": [3],
+    "environment.current": [{"heading": "10 deg"}, {"speed": "-1 m/s"}],
+    "environment.wind": [12.0],
+    f"{BARGE}.mass": ["-3 tonne", True],
+    f"{BARGE}.mas": [100.0],
+    f"{BARGE}.centre_of_gravity": [[0, 0], [0, 0, 0, 0], "0 m"],
+    f"{BARGE}.radii_of_gyration": [[1, 0, 1], {"roll": "22 m", "pitch": "67 m"}],
+    f"{BARGE}.dofs": ["surge", [1, 2]],
+    f"{BARGE}.radiation": [
+        *("states", {"model": "constant"}, {"model": "convolution", "lenght": "80 s"})
     ],
+    f"{BARGE}.wave_forces.second_order": ["full"],
+    f"{BARGE}.wave_forces.first_order": ["yes"],
+    f"{BARGE}.weight": ["heavy"],
+    f"{BARGE}.database_body": [0],
+    f"{BARGE}.initial.position": [[0, 0, 0], {"heav": "1 m"}],
+    f"{BARGE}.initial.velocity": [{"heave": True}],
+    f"{BARGE}.inertia": [{"roll": 1e6, "pitch": 1e6, "jaw": 1e6}],
+    f"{FENDER}.type": ["fenders", GONE],
+    f"{FENDER}.body": [1],
+    f"{FENDER}.points": [[[0, 0]]],
+    f"{FENDER}.friction.law": ["slip_stick"],
+    f"{FENDER}.friction.static": [-0.2],
+    f"{FENDER}.plane.normal": [[0, 1]],
+    "solver.method": ["rk5"],
+    "solver.step": [0, "fast"],
+    "solver.tolerance": [1e-6],
+    "output.step": ["-1 s"],
+    "output.states": [1],
+    "output.wave_probes": [{"bow": [1, 2, 3]}],
+    "accept": ["plane", ["plains"]],
+    "initial": ["resting"],
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [(key, value) for key, values in MISTAKES.items() for value in values]
 )
 def test_mistakes_are_found_where_they_are(key: str, value: object) -> None:
     """The place of the most telling error begins with that of the mistake, or of what it is in."""

@@ -1,7 +1,5 @@
 """What is too much for a case file is refused at once, with its place."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

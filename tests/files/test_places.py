@@ -1,7 +1,5 @@
 """File and line of keys in messages that are made after the file was read."""
 
-from __future__ import annotations
-
 import pickle
 from pathlib import Path
 

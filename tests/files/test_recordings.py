@@ -1,7 +1,5 @@
 """Recordings: what is read of each format, what is said of bad ones, and the round trip."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import damaged
@@ -44,10 +42,7 @@ TEXTS = {
         f"--------  ----------------  --------\n{rows('     ')}",
         "s m None",
     ),
-    "row of units": (
-        f"A test of 3\nTime   Heave  Fx\n s  m  kN\n{rows('   ')}",
-        "s m kN",
-    ),
+    "row of units": (f"A test of 3\nTime   Heave  Fx\n s  m  kN\n{rows('   ')}", "s m kN"),
     "row of units in brackets": (
         f"# t heave F x\n# Time Z Mx\n# [sec] (m) [kNm]\n{rows()}",
         "s m kN*m",

@@ -7,8 +7,6 @@ drift on a mooring. Some start far from rest, and some steps are too large. Numb
 `LINKED_FROM` on have links in joints, about axes and along lines.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any
@@ -121,11 +119,8 @@ def _join(tree: Tree, limb: Limb, parent: Limb | None) -> None:
     reach = parent.size if parent else 0.0
     away = d.between(-pi, pi)
     here = parent.place if parent else (0.0, 0.0, 0.0)
-    pin = (
-        here[0] + reach * cos(away),
-        here[1] + reach * sin(away),
-        here[2] - d.between(-0.2, 0.6) * reach,
-    )
+    x, y, z = here
+    pin = (x + reach * cos(away), y + reach * sin(away), z - d.between(-0.2, 0.6) * reach)
     limb.arm = tuple(rounded(limb.size * x) for x in (d.between(-0.4, 0.4), 0.1, d.between(0.3, 1)))
     c, s = cos(limb.heading), sin(limb.heading)
     x, y, z = limb.arm
@@ -146,9 +141,8 @@ def _axes(d: Draw, kind: str) -> Case:
     first = d.one(([0, 1, 0], [1, 0, 0], [0, 0, 1], [d.between(-1, 1), d.between(-1, 1), 1.0]))
     if kind != "universal":
         return {"axis": first}
-    axis, second = d.one(
-        (([1, 0, 0], [0, 1, 0]), ([0, 1, 0], [0, 0, 1]), ([1, 1, 0], [1, -1, 0.5]))
-    )
+    square = ([0, 1, 0], [0, 0, 1])
+    axis, second = d.one((([1, 0, 0], [0, 1, 0]), square, ([1, 1, 0], [1, -1, 0.5])))
     return {"axis": axis, "second_axis": second}
 
 
@@ -170,12 +164,8 @@ def _motions(tree: Tree, kind: str, limb: Limb) -> Case:
 
 def _swivel(tree: Tree, limb: Limb) -> Case:
     d = tree.draw
-    found: Case = {
-        "initial": {
-            "rotation": [d.between(-0.5, 0.5) for _ in range(3)],
-            "rate": [d.between(-0.5, 0.5) for _ in range(3)],
-        }
-    }
+    rotation, rate = ([d.between(-0.5, 0.5) for _ in range(3)] for _ in range(2))
+    found: Case = {"initial": {"rotation": rotation, "rate": rate}}
     if d.chance(0.6):
         found["damping"] = rounded(limb.inertia * d.order(0.05, 1.0))
     return found
@@ -196,21 +186,16 @@ def _turn(tree: Tree, limb: Limb) -> Case:
         found["damping"] = rounded(limb.inertia * d.order(0.05, 1.0))
     if d.chance(0.25):
         rate = d.order(8.0, 25.0)
-        found["stops"] = {
-            "range": [rounded(angle - d.between(0.1, 0.8)), rounded(angle + d.between(0.1, 0.8))],
-            "stiffness": rounded(limb.inertia * rate**2),
-        }
+        ends = [rounded(angle - d.between(0.1, 0.8)), rounded(angle + d.between(0.1, 0.8))]
+        found["stops"] = {"range": ends, "stiffness": rounded(limb.inertia * rate**2)}
         if d.chance(0.6):
             found["stops"]["damping"] = rounded(limb.inertia * rate * d.between(0.05, 0.5))
         tree.rates.append(2.0 * rate)
     if d.chance(0.15):
         static = rounded(limb.inertia * d.order(0.1, 1.0))
         kinetic = rounded(static * d.between(0.6, 1.0))
-        found["friction"] = {
-            "law": "coulomb",
-            "static_moment": static,
-            "kinetic_moment": min(static, kinetic),
-        }
+        moments = {"static_moment": static, "kinetic_moment": min(static, kinetic)}
+        found["friction"] = {"law": "coulomb", **moments}
     return found
 
 
@@ -220,10 +205,8 @@ def _slide(tree: Tree, limb: Limb) -> Case:
     offset = rounded(limb.size * d.between(-0.1, 0.1))
     rate = d.order(2.0, 6.0)
     tree.rates.append(2.0 * rate)
-    found: Case = {
-        "initial": {"offset": offset, "speed": rounded(limb.size * d.between(-0.2, 0.2))},
-        "stiffness": rounded(limb.mass * rate**2),
-    }
+    start = {"offset": offset, "speed": rounded(limb.size * d.between(-0.2, 0.2))}
+    found: Case = {"initial": start, "stiffness": rounded(limb.mass * rate**2)}
     if d.chance(0.6):
         found["damping"] = rounded(limb.mass * rate * d.order(0.02, 0.5))
     if d.chance(0.2):
@@ -247,13 +230,9 @@ def _body(tree: Tree, limb: Limb, floats: bool) -> Case:
     x, y, z = limb.place
     extent = [limb.size * d.between(0.2, 0.45) for _ in range(3)]
     radii = [rounded(sqrt(extent[i - 1] ** 2 + extent[i - 2] ** 2)) for i in range(3)]
-    body: Case = {
-        "mass": limb.mass,
-        "centre_of_gravity": [0.0, 0.0, z],
-        "location": list(tree.turned(x, y)),
-        "radii_of_gyration": radii,
-        "points": {"bow": [limb.size, 0.0, 0.0], "mast": [0.0, 0.1 * limb.size, limb.size]},
-    }
+    points = {"bow": [limb.size, 0.0, 0.0], "mast": [0.0, 0.1 * limb.size, limb.size]}
+    body: Case = {"mass": limb.mass, "centre_of_gravity": [0.0, 0.0, z]}
+    body |= {"location": list(tree.turned(x, y)), "radii_of_gyration": radii, "points": points}
     if limb.heading or tree.turn:
         body["heading"] = limb.heading + tree.turn
     is_root = limb is tree.limbs[0] and floats
@@ -266,16 +245,10 @@ def _body(tree: Tree, limb: Limb, floats: bool) -> Case:
         offsets = [rounded(limb.size * d.between(-0.2, 0.2)) for _ in range(3)]
         angles = [d.between(-0.2, 0.2) for _ in range(3)]
         speed = [rounded(limb.size * d.between(-0.2, 0.2)) for _ in range(3)]
-        body["initial"] = {
-            "position": [*tree.turned(offsets[0], offsets[1]), offsets[2], *angles],
-            "velocity": [
-                *tree.turned(speed[0], speed[1]),
-                speed[2],
-                0.0,
-                0.0,
-                d.between(-0.2, 0.2),
-            ],
-        }
+        position = [*tree.turned(offsets[0], offsets[1]), offsets[2], *angles]
+        sliding = [*tree.turned(speed[0], speed[1]), speed[2]]
+        velocity = [*sliding, 0.0, 0.0, d.between(-0.2, 0.2)]
+        body["initial"] = {"position": position, "velocity": velocity}
     return body
 
 
@@ -303,9 +276,8 @@ def _moor(tree: Tree) -> None:
     root = tree.limbs[0]
     rate = d.order(0.2, 1.0)
     stiffness = rounded(root.mass * rate**2)
-    keys: Case = {
-        "stiffness": {"surge": stiffness, "sway": stiffness, "yaw": rounded(root.inertia * rate**2)}
-    }
+    yaw = rounded(root.inertia * rate**2)
+    keys: Case = {"stiffness": {"surge": stiffness, "sway": stiffness, "yaw": yaw}}
     if d.chance(0.6):
         keys["damping_ratio"] = {"surge": 0.1, "sway": 0.1, "yaw": d.between(0.02, 0.2)}
     tree.add("linear_mooring", root.name, **keys)
@@ -377,22 +349,16 @@ def _tie(tree: Tree) -> None:
     one, other = tree.limbs[-1], tree.limbs[0]
     x, y, z = one.place
     aside = 0.1 * other.size
-    ring = (
-        other.place[0] - aside * sin(other.heading),
-        other.place[1] + aside * cos(other.heading),
-        other.place[2],
-    )
+    u, v, w = other.place
+    ring = (u - aside * sin(other.heading), v + aside * cos(other.heading), w)
     span = hypot(ring[0] - x, ring[1] - y, ring[2] - z)
     rate = d.order(0.5, 4.0)
     tree.rates.append(2.0 * rate)
-    tree.add(
-        *(d.one(LINES, 60, 30, 10), one.name),
-        point=[0.0, 0.0, 0.0],
-        anchor=[0.0, rounded(aside), 0.0],
-        anchor_body=other.name,
-        length=rounded(max(span, 0.5 * one.size) * d.between(0.95, 1.1)),
-        stiffness=rounded(min(one.mass, other.mass) * rate**2),
-    )
+    kind = d.one(LINES, 60, 30, 10)
+    keys = {"point": [0.0, 0.0, 0.0], "anchor": [0.0, rounded(aside), 0.0]}
+    length = rounded(max(span, 0.5 * one.size) * d.between(0.95, 1.1))
+    keys |= {"anchor_body": other.name, "length": length}
+    tree.add(kind, one.name, **keys, stiffness=rounded(min(one.mass, other.mass) * rate**2))
 
 
 def _link_joints(tree: Tree) -> None:
@@ -405,9 +371,8 @@ def _link_joints(tree: Tree) -> None:
         for motion in motions:
             for _ in range(d.one((0, 1, 2), 50, 40, 10)):
                 turns = motion.kind == MotionKind.TURN
-                course = Course(
-                    0.0, *((0.5, limb.inertia) if turns else (0.3 * limb.size, limb.mass))
-                )
+                span, mass = (0.5, limb.inertia) if turns else (0.3 * limb.size, limb.mass)
+                course = Course(0.0, span, mass)
                 link = draw_link(d, course)
                 tree.rates.append(link.rate)
                 tree.forces[f"{link.kind}_{len(tree.forces) + 1}"] = {
@@ -447,10 +412,7 @@ def _face(tree: Tree, limb: Limb) -> None:
     gap = limb.size * d.between(0.02, 0.4)
     if d.chance(0.5):
         point = [0.0, 0.0, -limb.size]
-        plane: Case = {
-            "point": [0.0, 0.0, rounded(z - limb.size - gap)],
-            "normal": [0.0, 0.0, 1.0],
-        }
+        plane: Case = {"point": [0.0, 0.0, rounded(z - limb.size - gap)], "normal": [0.0, 0.0, 1.0]}
     else:
         away = d.between(-pi, pi)
         side = (cos(away), sin(away))
@@ -461,13 +423,8 @@ def _face(tree: Tree, limb: Limb) -> None:
     stiffness = rounded(limb.mass * rate**2)
     friction: Case = {"law": "none"}
     if d.chance(0.6):
-        friction = {
-            "law": "stick_slip",
-            "static": 0.3,
-            "kinetic": d.between(0.1, 0.3),
-            "stiffness": stiffness,
-            "damping": rounded(0.2 * limb.mass * rate),
-        }
+        friction = {"law": "stick_slip", "static": 0.3, "kinetic": d.between(0.1, 0.3)}
+        friction |= {"stiffness": stiffness, "damping": rounded(0.2 * limb.mass * rate)}
         tree.rates.append(5.0 * rate)
     normal = {"stiffness": stiffness, "damping": rounded(limb.mass * rate * d.between(0.02, 0.4))}
     tree.add("fender", limb.name, points=[point], plane=plane, normal=normal, friction=friction)
@@ -495,13 +452,7 @@ def _whole(tree: Tree, seed: int) -> Case:
     if d.chance(0.15):
         step = d.one(UNSUITED)
     every = max(1, round(0.1 / step))
-    return {
-        "title": f"articulated case {seed}",
-        "duration": float(d.one((5.0, 8.0, 12.0))),
-        "environment": environment,
-        "bodies": tree.bodies,
-        "joints": tree.joints,
-        "forces": tree.forces,
-        "solver": {"method": method, "step": step},
-        "output": {"step": rounded(every * step)},
-    }
+    case = {"title": f"articulated case {seed}", "duration": float(d.one((5.0, 8.0, 12.0)))}
+    case |= {"environment": environment, "bodies": tree.bodies, "joints": tree.joints}
+    case |= {"forces": tree.forces, "solver": {"method": method, "step": step}}
+    return {**case, "output": {"step": rounded(every * step)}}

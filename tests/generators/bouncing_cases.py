@@ -4,8 +4,6 @@ A case is drawn from its seed alone, lasts 60 to 120 s, and has 5 to 19 impacts,
 and come to rest. Their weights are forces of any size, so that they are slow enough for so few.
 """
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 from tests.generators.long_cases import long_case, long_duration
@@ -56,10 +54,9 @@ def _stop(d: Draw, seed: int) -> Case:
     body["initial"] = {"position": [rounded(far), 0.0, 0.0, 0.0, 0.0, 0.0]}
     spring = {"type": "linear_mooring", "body": "body"}
     stop = _fender(d, [[0.0, 0.0, 0.0]], wall, mass * rate**2, mass * rate * slow * far)
-    forces = {
-        "spring": {**spring, "stiffness": {"surge": rounded(mass * slow**2)}},
-        "stop": {**stop, "friction": {"law": "none"}},
-    }
+    soft = {"surge": rounded(mass * slow**2)}
+    stop = {**stop, "friction": {"law": "none"}}
+    forces = {"spring": {**spring, "stiffness": soft}, "stop": stop}
     return long_case(d, seed, rate, duration, bodies={"body": body}, forces=forces)
 
 
@@ -72,9 +69,8 @@ def _landing(d: Draw, seed: int) -> Case:
     body = _body(d, mass, size, None, up=rounded(size * d.order(0.01, 0.3)))
     body["centre_of_gravity"] = [0.0, 0.0, rounded(height)]
     body["initial"]["position"][3:5] = [d.between(-0.05, 0.05) for _ in range(2)]
-    points = [
-        [rounded(0.5 * size * x), rounded(0.4 * size * y), -rounded(height)] for x, y in CORNERS
-    ]
+    corners = [(0.5 * size * x, 0.4 * size * y) for x, y in CORNERS]
+    points = [[rounded(x), rounded(y), -rounded(height)] for x, y in corners]
     floor = _fender(d, points, FLOOR, mass * rate**2, mass * 9.81)
     floor["normal"]["damping"] = rounded(mass * rate * d.between(0.1, 0.6))
     floor["friction"] = _friction(d, mass, rate)
@@ -87,12 +83,9 @@ def _landing(d: Draw, seed: int) -> Case:
 
 
 def _body(d: Draw, mass: float, size: float, dofs: list[str] | None, up: float = 0.0) -> Case:
-    body: Case = {
-        "mass": rounded(mass),
-        "centre_of_gravity": [0.0, 0.0, 0.0],
-        "radii_of_gyration": [rounded(size * d.between(0.28, 0.38)) for _ in range(3)],
-        "initial": {"position": [0.0, 0.0, up, 0.0, 0.0, 0.0]},
-    }
+    radii = [rounded(size * d.between(0.28, 0.38)) for _ in range(3)]
+    body: Case = {"mass": rounded(mass), "centre_of_gravity": [0.0, 0.0, 0.0]}
+    body |= {"radii_of_gyration": radii, "initial": {"position": [0.0, 0.0, up, 0.0, 0.0, 0.0]}}
     return {**body, "dofs": dofs} if dofs else body
 
 

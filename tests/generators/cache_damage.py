@@ -1,7 +1,5 @@
 """Damage done to files of a cache."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,15 +1,12 @@
 """Random cases by whose references the errors of runs are judged: contacts, joints, lines, mixtures
 and what is held."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import hydrosim as hs
-from hydrosim.scene import Scene
 from tests.generators.articulated_cases import articulated_case
 from tests.generators.bouncing_cases import bouncing_case
 from tests.generators.held_cases import held_case
@@ -62,7 +59,7 @@ SPACINGS = {"held": 0.005}
 
 
 @contextmanager
-def drawn_scene(kind: str, number: int) -> Iterator[Scene]:
+def drawn_scene(kind: str, number: int) -> Iterator[hs.Scene]:
     """The scene of a case, by way of its file. Its mesh is there while the context lasts."""
     mesh = mesh_of(number) if kind == "mixtures" else None
     with written_scene(KINDS[kind](number), mesh) as scene:
@@ -70,7 +67,7 @@ def drawn_scene(kind: str, number: int) -> Iterator[Scene]:
 
 
 @contextmanager
-def written_scene(case: Case, mesh: str | None = None) -> Iterator[Scene]:
+def written_scene(case: Case, mesh: str | None = None) -> Iterator[hs.Scene]:
     """The scene of a case, by way of its file, with the ``mesh`` of its hull beside."""
     with TemporaryDirectory() as folder:
         if mesh is not None:

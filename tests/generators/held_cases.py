@@ -4,8 +4,6 @@ Rigid friction at a point, in a slider or a hinge, a drum, a joint or a rope tha
 of the load are 0.2 to 5 % beyond the bound, or below it, with round and odd periods.
 """
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 from tests.generators.long_cases import long_case, long_duration
@@ -31,11 +29,8 @@ def _beyond(d: Draw) -> float:
 
 
 def _body(mass: float, dofs: list[str] | None = None) -> Case:
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, 0.0],
-        "radii_of_gyration": [1, 1, 1],
-    }
+    shape: Case = {"centre_of_gravity": [0.0, 0.0, 0.0], "radii_of_gyration": [1, 1, 1]}
+    body: Case = {"mass": mass, **shape}
     return {**body, "dofs": dofs} if dofs else body
 
 
@@ -51,12 +46,7 @@ def _push(d: Draw, dof: str, size: float, period: float) -> Case:
 def _spring(mass: float, slow: float, dof: str = "surge") -> Case:
     """What brings the body back."""
     stiffness, damping = {dof: rounded(mass * slow**2)}, {dof: rounded(0.2 * mass * slow)}
-    return {
-        "type": "linear_mooring",
-        "body": "body",
-        "stiffness": stiffness,
-        "damping": damping,
-    }
+    return {"type": "linear_mooring", "body": "body", "stiffness": stiffness, "damping": damping}
 
 
 def _rigid(d: Draw, normal: Case) -> Case:
@@ -93,11 +83,8 @@ def _dip(d: Draw, seed: int, period: float) -> Case:
     floor = _rigid(d, {"prescribed": {**prescribed, "phase": d.between(-pi, pi)}})
     hold = floor["friction"]["static"] * load * (1.0 - dip)
     table = {"time": [0.0, 2.0], "force": [0.0, rounded(_beyond(d) * hold)]}
-    forces = {
-        "floor": floor,
-        "push": {"type": "applied_force", "body": "body", "force": {"surge": table}},
-        "spring": _spring(mass, d.order(0.2, 1.0)),
-    }
+    push = {"type": "applied_force", "body": "body", "force": {"surge": table}}
+    forces = {"floor": floor, "push": push, "spring": _spring(mass, d.order(0.2, 1.0))}
     bodies = {"body": _body(mass, ["surge"])}
     return long_case(d, seed, 2.0 * pi / period, long_duration(d), bodies=bodies, forces=forces)
 
@@ -142,8 +129,7 @@ def _clamp(d: Draw, seed: int, period: float) -> Case:
 
 
 def _wire(d: Draw, mass: float, period: float, swing: float) -> tuple[Case, float]:
-    """A stiff wire along x, and the peak of a push that swings its tension by ``swing`` [N] when
-    all is steady. It is damped, so that this is soon."""
+    """A stiff damped wire along x, and the peak of a push that swings it by ``swing`` [N]."""
     omega = 2.0 * pi / period
     stiffness = mass * (STIFF * omega) ** 2
     length = d.between(10.0, 50.0)

@@ -1,7 +1,5 @@
 """What cases of 60 to 120 s have in common: their solver, records, and what a file says of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from tests.generators.random_cases import FINE, STEPS, Case, Draw, rounded
@@ -24,14 +22,8 @@ def long_duration(d: Draw) -> float:
 def long_case(d: Draw, seed: int, rate: float, duration: float, **parts: Any) -> Case:
     """A case with these ``parts``, and a step that goes with its fastest ``rate`` [rad/s]."""
     output = d.one(RECORDED)
-    case: Case = {
-        "title": f"long case {seed}",
-        "duration": duration,
-        "accept": list(ACCEPTED),
-        "environment": {"water_depth": "infinite"},
-        **parts,
-        "output": {"step": output},
-    }
+    case: Case = {"title": f"long case {seed}", "duration": duration, "accept": list(ACCEPTED)}
+    case |= {"environment": {"water_depth": "infinite"}, **parts, "output": {"step": output}}
     if not d.chance(BY_DEFAULT):
         case["solver"] = _solver(d, rate, output)
     return case
@@ -51,11 +43,9 @@ def lengthened(case: Case, number: int) -> Case:
 
 def undamped(case: Case) -> Case:
     """The ``case`` without damping of joints, lines and motions."""
-    forces = {
-        name: force if force["type"] in FREE_OF_LOSSES else _without_damping(force)
-        for name, force in case["forces"].items()
-        if force["type"] not in LOSSES
-    }
+    forces = {name: force for name, force in case["forces"].items() if force["type"] not in LOSSES}
+    for name, force in forces.items():
+        forces[name] = force if force["type"] in FREE_OF_LOSSES else _without_damping(force)
     return {**case, "joints": _without_damping(case.get("joints", {})), "forces": forces}
 
 

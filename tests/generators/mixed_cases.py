@@ -5,8 +5,6 @@ landings with or without loops, currents, wind and two bodies. Sizes go together
 `random_cases` do. Some steps are too large on purpose.
 """
 
-from __future__ import annotations
-
 from math import cos, hypot, sin, sqrt
 from typing import NamedTuple
 
@@ -64,15 +62,9 @@ def mixed_case(seed: int) -> Case:
     rate = topside.rate
     if seed >= LINKED_FROM:
         rate = max(rate, _link(draw, bodies, forces))
-    case: Case = {
-        "title": f"mixed case {seed}",
-        "duration": float(round(duration)),
-        "environment": environment,
-        "bodies": bodies,
-        "forces": forces,
-        "solver": _solver(draw, rate),
-        "output": {"step": 0.5},
-    }
+    case: Case = {"title": f"mixed case {seed}", "duration": float(round(duration))}
+    case |= {"environment": environment, "bodies": bodies, "forces": forces}
+    case |= {"solver": _solver(draw, rate), "output": {"step": 0.5}}
     if at_rest:
         case["initial"] = "at_rest"
     return case
@@ -88,9 +80,8 @@ def mesh_of(seed: int) -> str | None:
     y = barge.beam / 2
     low = -barge.draught
     top = barge.top
-    corners = [
-        (a * x, b * y, low if c < 0 else top) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)
-    ]
+    corners = [(a * x, b * y, low) for a in (-1, 1) for b in (-1, 1)]
+    corners = [(x, y, z) for x, y, low in corners for z in (low, top)]
     faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     lines = ["solid hull"]
     for a, b, c, d in faces:
@@ -117,9 +108,8 @@ def _hull(d: Draw, barge: Barge, family: bool) -> Case:
     mass = barge.mass
     body: Case = {"weight": "carried", "mass": mass, "location": [0.0, 0.0]}
     if family:
-        body["hydrodynamics"] = [
-            {"draught": draught, "file": str(DATABASES / name)} for draught, name in FAMILY
-        ]
+        files = [(draught, str(DATABASES / name)) for draught, name in FAMILY]
+        body["hydrodynamics"] = [{"draught": draught, "file": file} for draught, file in files]
         body["hydrostatics"] = {"recipe": str(DATABASES / "h851.yaml"), "depth": 15.0}
         body["centre_of_gravity"] = [0.0, 0.0, -4.9]
         body["radii_of_gyration"] = [22.05, 67.6, 68.9]
@@ -177,11 +167,8 @@ def _tanks(d: Draw, barge: Barge, body: Case, family: bool) -> None:
         near = sorted((0.02 * x * side, x * side))
         box = [[near[0], -y, low], [near[1], rounded(y * d.one((1.0, 0.4, -0.05))), low + height]]
         box = [[rounded(value) for value in corner] for corner in box]
-        tanks[f"t{i}"] = {
-            "box": box,
-            "level": rounded(height * d.one((0.0, d.between(0.05, 0.9), 0.5), 10, 70, 20)),
-            "density": WATER,
-        }
+        level = rounded(height * d.one((0.0, d.between(0.05, 0.9), 0.5), 10, 70, 20))
+        tanks[f"t{i}"] = {"box": box, "level": level, "density": WATER}
         if d.chance(0.3):
             tanks[f"t{i}"]["permeability"] = d.between(0.6, 0.98)
     if count == 2 and d.chance(0.6):
@@ -205,26 +192,17 @@ def _topside(d: Draw, barge: Barge, centre: float, up: float, forces: Case) -> T
     height = rounded(y * d.between(0.6, 1.0))
     half = rounded(height / 2)
     radii = [rounded(r) for r in (0.6 * hypot(y, half), 0.6 * hypot(x, half))]
-    body: Case = {
-        "mass": mass,
-        "weight": "carried",
-        "centre_of_gravity": [0.0, 0.0, rounded(barge.top + half + up)],
-        "location": [0.0, 0.0],
-        "radii_of_gyration": [*radii, rounded(0.6 * hypot(x, y))],
-    }
+    at = [0.0, 0.0, rounded(barge.top + half + up)]
+    body: Case = {"mass": mass, "weight": "carried", "centre_of_gravity": at}
+    body["location"] = [0.0, 0.0]
+    body["radii_of_gyration"] = [*radii, rounded(0.6 * hypot(x, y))]
     points = [[a * x, b * y, -half] for a in (1, -1) for b in (1, -1)]
     seat = rounded(barge.top - centre)
     seats = [[a * x, b * y, seat] for a in (1, -1) for b in (1, -1)]
     normal, stiffness = _supports(d, mass)
     friction = _friction(d, mass, stiffness)
-    landing: Case = {
-        "type": "landing",
-        "body": "topside",
-        "points": points,
-        "on": {"body": "barge", "points": seats},
-        "normal": normal,
-        "friction": friction,
-    }
+    landing: Case = {"type": "landing", "body": "topside", "points": points}
+    landing |= {"on": {"body": "barge", "points": seats}, "normal": normal, "friction": friction}
     if d.chance(0.5):
         gap = d.between(0.1, 0.4)
         wall = rounded(mass * d.order(10.0, 120.0))
@@ -297,25 +275,16 @@ def _hold(d: Draw, barge: Barge, forces: Case) -> None:
     """A mooring, damping of roll, and a push in place of waves."""
     stiffness = rounded(barge.mass * d.order(0.008, 0.04))
     yaw = rounded(stiffness * barge.length**2 / 25.0)
-    forces["mooring"] = {
-        "type": "linear_mooring",
-        "body": "barge",
-        "stiffness": {"surge": stiffness, "sway": stiffness, "yaw": yaw},
-        "damping_ratio": {"surge": 0.1, "sway": 0.1},
-    }
-    forces["damping"] = {
-        "type": "linear_damping",
-        "body": "barge",
-        "damping_ratio": {"roll": d.between(0.02, 0.08)},
-    }
-    push = {
-        dof: {"amplitude": rounded(barge.mass * size * d.order(0.02, 0.09)), "period": period}
-        for dof, size, period in (
-            ("surge", 0.6, d.between(7.0, 15.0)),
-            ("sway", 1.0, d.between(7.0, 15.0)),
-            ("heave", 1.0, d.between(6.0, 12.0)),
-        )
-    }
+    held = {"surge": stiffness, "sway": stiffness, "yaw": yaw}
+    mooring = {"type": "linear_mooring", "body": "barge", "stiffness": held}
+    forces["mooring"] = {**mooring, "damping_ratio": {"surge": 0.1, "sway": 0.1}}
+    ratio = {"roll": d.between(0.02, 0.08)}
+    forces["damping"] = {"type": "linear_damping", "body": "barge", "damping_ratio": ratio}
+    periods = (d.between(7.0, 15.0), d.between(7.0, 15.0), d.between(6.0, 12.0))
+    push = {}
+    for dof, size, period in zip(("surge", "sway", "heave"), (0.6, 1.0, 1.0), periods, strict=True):
+        amplitude = rounded(barge.mass * size * d.order(0.02, 0.09))
+        push[dof] = {"amplitude": amplitude, "period": period}
     point = [rounded(0.2 * barge.length), rounded(0.2 * barge.beam), 0.0]
     forces["push"] = {"type": "applied_force", "body": "barge", "point": point, "force": push}
 
@@ -326,30 +295,21 @@ def _lift(d: Draw, mass: float, duration: float, forces: Case) -> None:
         tilt = d.between(-0.2, 0.2)
         length = d.between(40.0, 70.0)
         stretched = rounded(length * d.between(1.0, 1.06))
-        forces["winch"] = {
-            "type": "spring",
-            "body": "topside",
-            "point": [0.0, 0.0, 3.0],
-            "anchor": [rounded(stretched * sin(tilt)), 0.0, rounded(15.0 + stretched * cos(tilt))],
-            "length": length,
-            "stiffness": rounded(mass * d.order(0.02, 0.2)),
-        }
+        anchor = [rounded(stretched * sin(tilt)), 0.0, rounded(15.0 + stretched * cos(tilt))]
+        winch = {"type": "spring", "body": "topside", "point": [0.0, 0.0, 3.0], "anchor": anchor}
+        stiffness = rounded(mass * d.order(0.02, 0.2))
+        forces["winch"] = {**winch, "length": length, "stiffness": stiffness}
     weight = mass * GRAVITY
     if d.chance(0.7):
         parts = [0.0, d.between(0.0, 0.4), d.between(0.3, 0.7), d.between(0.0, 0.5)]
         times = [0.0, rounded(0.25 * duration), rounded(0.7 * duration), rounded(duration)]
         heave = [rounded(part * weight) for part in parts]
-        forces["lift"] = {
-            "type": "applied_force",
-            "body": "topside",
-            "time": times,
-            "force": {"heave": heave},
-        }
+        lift: Case = {"type": "applied_force", "body": "topside"}
+        forces["lift"] = {**lift, "time": times, "force": {"heave": heave}}
 
 
 def _link(d: Draw, bodies: Case, forces: Case) -> float:
-    """Links between topside and barge, along a level line and about the vertical; their fastest
-    rate [rad/s]."""
+    """Links of topside and barge, level and about the vertical; their fastest rate [rad/s]."""
     mass = bodies["topside"]["mass"]
     up = bodies["topside"]["centre_of_gravity"][2] - bodies["barge"]["centre_of_gravity"][2]
     rates = [0.0]
@@ -359,14 +319,9 @@ def _link(d: Draw, bodies: Case, forces: Case) -> float:
         reach = d.between(5.0, 15.0)
         link = draw_link(d, Course(reach, 0.5, mass, distance=True))
         rates.append(link.rate)
-        forces[f"link_{len(rates)}"] = {
-            "type": link.kind,
-            "body": "topside",
-            "point": [0.0, 0.0, 0.0],
-            "anchor": [reach * axis[0], reach * axis[1], rounded(up)],
-            "anchor_body": "barge",
-            **link.keys,
-        }
+        ends = {"point": [0.0, 0.0, 0.0], "anchor": [reach * axis[0], reach * axis[1], rounded(up)]}
+        ends = {"type": link.kind, "body": "topside", **ends, "anchor_body": "barge"}
+        forces[f"link_{len(rates)}"] = {**ends, **link.keys}
     if d.chance(0.5):
         size = bodies["topside"]["radii_of_gyration"][2]
         link = draw_link(d, Course(0.0, 0.05, mass * size**2))

@@ -6,8 +6,6 @@ lie in shallow water, whose seabed their chains touch. Loads hang from a crane o
 hull. Some lines begin slack, some part, and some steps are too large.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import pi, sqrt
 
@@ -47,10 +45,8 @@ def moored_case(seed: int, turn: float = 0.0) -> Case:
     _add_streams(s)
     for name, form in ((form.name, form) for form in s.forms):
         length, beam = form.half
-        s.bodies[name]["points"] = {
-            "bow": [length, 0.0, 0.0],
-            "mast": [0.0, rounded(0.1 * beam), rounded(max(form.top, length))],
-        }
+        mast = [0.0, rounded(0.1 * beam), rounded(max(form.top, length))]
+        s.bodies[name]["points"] = {"bow": [length, 0.0, 0.0], "mast": mast}
     case = with_solver(s, seed)
     case["title"] = f"moored case {seed}"
     if joints:
@@ -119,17 +115,11 @@ def _float(s: Sketch, name: str, mass: float, y: float) -> Form:
     stiff["pitch"] = heave * (0.58 * half[0]) ** 2
     s.rates.append(1.5 * rate)
     damping = [m * rate * d.order(0.01, 0.2) for m in (mass, mass, mass, *inertia)]
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, 0.0],
-        "location": list(s.turned(0.0, y)),
-        "radii_of_gyration": [rounded(r) for r in radii],
-        "hydrodynamics": {
-            "added_mass": _by_dof(added),
-            "damping": _by_dof(damping),
-            "stiffness": {dof: rounded(x) for dof, x in stiff.items()},
-        },
-    }
+    body: Case = {"mass": mass, "centre_of_gravity": [0.0, 0.0, 0.0]}
+    body |= {"location": list(s.turned(0.0, y)), "radii_of_gyration": [rounded(r) for r in radii]}
+    water = {"added_mass": _by_dof(added), "damping": _by_dof(damping)}
+    water["stiffness"] = {dof: rounded(x) for dof, x in stiff.items()}
+    body["hydrodynamics"] = water
     offsets = [rounded(0.02 * length * d.between(-1.0, 1.0)) for _ in range(3)]
     angles = [d.between(-0.03, 0.03) for _ in range(2)]
     s.head(body, [*offsets, *angles] if d.chance(0.7) else [0.0] * 5)
@@ -206,13 +196,10 @@ def _load(s: Sketch, name: str, mass: float, at: Place) -> Form:
     size = _size(mass)
     half = (rounded(0.6 * size), rounded(0.5 * size))
     up = rounded(0.4 * size)
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, at[2]],
-        "location": list(s.turned(at[0], at[1])),
-        "radii_of_gyration": [rounded(r * size) for r in (0.38, 0.42, 0.45)],
-        "weight": "carried",
-    }
+    body: Case = {"mass": mass, "centre_of_gravity": [0.0, 0.0, at[2]]}
+    body |= {"location": list(s.turned(at[0], at[1]))}
+    body |= {"radii_of_gyration": [rounded(r * size) for r in (0.38, 0.42, 0.45)]}
+    body["weight"] = "carried"
     offsets = [rounded(0.05 * size * d.between(-1.0, 1.0)) for _ in range(3)]
     s.head(body, [*offsets, 0.0, 0.0] if d.chance(0.5) else [0.0] * 5)
     s.bodies[name] = body
@@ -284,12 +271,9 @@ def _add_boom(s: Sketch, joints: Case, hull: Form) -> None:
     length = rounded(0.6 * hull.half[0])
     z = rounded(hull.at[2] + hull.top)
     form = Form("boom", mass, (length, 1.0), -0.5, 0.5, (rounded(hull.at[0]), hull.at[1], z))
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, z],
-        "location": list(s.turned(form.at[0], form.at[1])),
-        "radii_of_gyration": [rounded(r * length) for r in (0.2, 0.5, 0.5)],
-    }
+    body: Case = {"mass": mass, "centre_of_gravity": [0.0, 0.0, z]}
+    body |= {"location": list(s.turned(form.at[0], form.at[1]))}
+    body |= {"radii_of_gyration": [rounded(r * length) for r in (0.2, 0.5, 0.5)]}
     s.head(body, [0.0] * 5)
     body.pop("initial", None)
     s.bodies["boom"] = body

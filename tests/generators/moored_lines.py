@@ -4,8 +4,6 @@ A line has a wanted stiffness and a tension at the start that goes with it. Its 
 where its ends are at rest, nearly: some lines are slack, others are short.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import acosh, cos, hypot, inf, sin, sqrt
 from typing import Any

@@ -4,8 +4,6 @@ What is read of a file of another program is kept as a `Reading`, so that a muta
 may be compared with the file that is right. A result is opened by a command, as its user would.
 """
 
-from __future__ import annotations
-
 import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import fields
@@ -24,14 +22,7 @@ import yaml
 
 from hydrosim.__main__ import app
 from hydrosim.analysis.line import lines_of_system, offsets_to, response
-from hydrosim.case.lines.chains import (
-    DEFAULT_WATER,
-    case_keys,
-    is_mooring_file,
-    mooring_lines,
-    read_mooring_system,
-    water_of_system,
-)
+from hydrosim.case.lines import chains
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
 from hydrosim.elements.roll_decay import fit_files
@@ -49,10 +40,10 @@ DECAY = "time [s],roll [deg]\n" + "".join(
 NUMBERS = (np.nan, np.inf, -1.0, 0.0, 1e15, 1e99, 1e308, 1e-300)
 """What stands in a damaged variable of a result."""
 SUFFIXES = {
-    **dict.fromkeys(("report", "replay"), ".html"),
-    **dict.fromkeys(("statistics", "compare"), ".nc"),
+    **dict.fromkeys(("report", "report --replay"), ".html"),
+    **dict.fromkeys(("show --statistics", "compare"), ".nc"),
     "export": ".csv",
-    "plot": "",
+    "show --plot": "",
 }
 COMMANDS = (*SUFFIXES,)
 
@@ -65,19 +56,20 @@ class Reading(NamedTuple):
 
 
 def read_mooring(path: Path) -> Reading:
-    """Lines as `hydrosim line` shows them, and as keys of a case."""
-    assert is_mooring_file(path) or path.suffix != ".txt"
+    """Lines as `hydrosim analyse` shows them, and as keys of a case."""
+    assert chains.is_mooring_file(path) or path.suffix != ".txt"
     source = Source(path)
-    system = read_mooring_system(source)
+    system = chains.read_mooring_system(source)
     lines = lines_of_system(system)
     for way in (False, True):
         response(lines[0], offsets_to(lines[0].usual_offset()), way)
-    case_keys(path)
-    kept = mooring_lines(system, water_of_system(system, DEFAULT_WATER), source)
-    told = tuple(entry.message for entry in system.left_out)
-    return Reading(
-        repr((kept, system.depth, system.friction, water_of_system(system, DEFAULT_WATER))), told
+    chains.case_keys(path)
+    kept = chains.mooring_lines(
+        system, chains.water_of_system(system, chains.DEFAULT_WATER), source
     )
+    told = tuple(entry.message for entry in system.left_out)
+    water = chains.water_of_system(system, chains.DEFAULT_WATER)
+    return Reading(repr((kept, system.depth, system.friction, water)), told)
 
 
 def read_vessel(path: Path) -> Reading:
@@ -94,7 +86,7 @@ def read_vessel(path: Path) -> Reading:
 
 
 def read_decay_test(path: Path) -> None:
-    """A fit, its page and its keys, as `hydrosim calibrate` writes them."""
+    """A fit, its page and its keys, as `hydrosim decay` writes them."""
     fit = fit_files([path])
     str(calibration_document(fit))
     keys_of(fit, "barge")
@@ -122,9 +114,8 @@ def mooring_texts() -> dict[str, tuple[str, str]]:
 @cache
 def vessel_text() -> str:
     """A vessel type of OrcaFlex with the hull of the shipped barge."""
-    return str(
-        yaml.dump(contents(load(H851)), Dumper=yaml.CSafeDumper, sort_keys=False, width=10**6)
-    )
+    settings = {"Dumper": yaml.CSafeDumper, "sort_keys": False, "width": 10**6}
+    return str(yaml.dump(contents(load(H851)), **settings))
 
 
 def copy_results(folder: Path, study: str) -> None:
@@ -144,7 +135,7 @@ def _write_results(folder: Path, study: str) -> None:
     ask(["run", str(RUN), "--set", "duration=30 s", "-o", str(folder / "right_run.nc")])
     path = folder / "right_runs.yaml"
     path.write_text(study)
-    ask(["sweep", str(path), "-o", str(folder / "right_runs.nc"), "--workers", "1"])
+    ask(["study", str(path), "-o", str(folder / "right_runs.nc"), "--workers", "1"])
 
 
 def ask(words: list[str]) -> None:
@@ -201,8 +192,9 @@ def _change_variable(file: netCDF4.Dataset, what: str, random: Random) -> str:
 
 def show_result(path: Path, command: str) -> None:
     """Show a result by one of `COMMANDS`."""
-    is_table = command == "statistics" and path.stem == "runs"
+    name, *view = command.split()
+    is_table = command == "show --statistics" and path.stem == "runs"
     suffix = ".csv" if is_table else SUFFIXES[command]
-    out = path.with_name(f"out_{command}{suffix}")
+    out = path.with_name(f"out_{name}{suffix}")
     others = [str(path.with_name(f"right_{path.name}"))] if command == "compare" else []
-    ask([command, str(path), *others, "-o", str(out), "--overwrite"])
+    ask([name, str(path), *others, *view, "-o", str(out), "--overwrite"])

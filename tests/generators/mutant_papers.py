@@ -9,8 +9,6 @@ A name that is changed in a file of another program may change what is read of i
 message, or with a word on what is left out; else it is silent.
 """
 
-from __future__ import annotations
-
 import re
 import signal
 import warnings
@@ -167,10 +165,8 @@ def _weather(path: Path) -> None:
 @cache
 def papers() -> dict[str, Paper]:
     """One of each kind, by name; that of a table is its file's."""
-    recipes = {
-        f"recipe_{path.stem}": Paper(load_recipe, path.read_text())
-        for path in sorted(RECIPES.glob("*.yaml"))
-    }
+    paths = sorted(RECIPES.glob("*.yaml"))
+    recipes = {f"recipe_{path.stem}": Paper(load_recipe, path.read_text()) for path in paths}
     return {
         "limits": Paper(_limits, LIMITS),
         "study": Paper(load_study, STUDY),
@@ -179,8 +175,8 @@ def papers() -> dict[str, Paper]:
         "hindcast": Paper(_weather, HINDCAST, ".csv"),
         "scatter": Paper(_weather, SCATTER, ".csv"),
         "decay": Paper(mutant_files.read_decay_test, mutant_files.DECAY, ".csv"),
-        "run": Paper(partial(mutant_files.show_result, command="statistics"), "", ".nc"),
-        "runs": Paper(partial(mutant_files.show_result, command="statistics"), "", ".nc"),
+        "run": Paper(partial(mutant_files.show_result, command="show --statistics"), "", ".nc"),
+        "runs": Paper(partial(mutant_files.show_result, command="show --statistics"), "", ".nc"),
         **{
             name: Paper(mutant_files.read_mooring, *text_and_suffix)
             for name, text_and_suffix in mutant_files.mooring_texts().items()
@@ -274,8 +270,7 @@ def _judged(read: Read, path: Path) -> Outcome:
 
 
 def _is_silent(paper: str, path: Path) -> bool:
-    """Whether a file of another program, of which a name was changed, is read as something else
-    without a word on it."""
+    """Whether a foreign file with a changed name is read as something else without a word."""
     found = papers()[paper].read(path)
     if not isinstance(found, mutant_files.Reading):
         return False

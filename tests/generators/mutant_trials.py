@@ -1,8 +1,6 @@
 """What becomes of a mutant of the shipped cases? A message or a run: no traceback, and nothing that
 is not finite."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import warnings
@@ -21,10 +19,8 @@ from hydrosim.results.phases import FIGURES, STAGE_TIME
 from tests.generators.mutants import CASES, SHORT, Mutant, text_of
 
 WORDY = 3000  # characters of a message: more is not read
-MAY_LACK = {
-    *("slow_draught", "fender_closings", "fender_closing_speed", "fender_largest_force"),
-    *(STAGE_TIME, *FIGURES),
-}
+TOUCHES = ("fender_closings", "fender_closing_speed", "fender_largest_force")
+MAY_LACK = {"slow_draught", *TOUCHES, STAGE_TIME, *FIGURES}
 """Variables that are not a number for bodies, contacts and stages that have none of it."""
 Asked = tuple[str, Mutant, str]
 """check or run, of a mutant, in a copy of the cases."""
@@ -39,9 +35,8 @@ class Outcome(NamedTuple):
 
 def prepare(folder: Path) -> None:
     """A copy of the cases in a ``folder``, with what they need."""
-    shutil.copytree(
-        CASES, folder / "cases", ignore=shutil.ignore_patterns("*.nc", "*.png", "thesis")
-    )
+    big = shutil.ignore_patterns("*.nc", "*.png", "thesis")
+    shutil.copytree(CASES, folder / "cases", ignore=big)
     (folder / "hydro_db").symlink_to(CASES.parent / "hydro_db")
 
 

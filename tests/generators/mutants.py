@@ -4,8 +4,6 @@ A case is taken with what it extends and with all its defaults, so that every ke
 is there; one of them is changed. `Mutant` numbers are the same for a seed and a set of cases.
 """
 
-from __future__ import annotations
-
 import random
 import re
 import warnings

@@ -4,8 +4,6 @@ The latter are a pendulum from three angles, a double pendulum from two, a ball 
 a block that slips where its load dips, a rail with friction, and a joint that breaks at a peak.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -27,15 +25,9 @@ LATER = {"reverse_float_over": 700.0, "lock_in": 700.0, "numerical_oscillation":
 
 def _case(duration: float, output_step: float, **parts: object) -> Case:
     """A dry case by rk4 at 0.1 s, unless its ``parts`` say otherwise."""
-    return {
-        "title": "scene that is hard to solve",
-        "duration": duration,
-        "accept": list(ACCEPTED),
-        "environment": {"water_depth": "infinite"},
-        "solver": {"method": "rk4", "step": 0.1},
-        **parts,
-        "output": {"step": output_step},
-    }
+    case = {"title": "scene that is hard to solve", "duration": duration, "accept": list(ACCEPTED)}
+    case |= {"environment": {"water_depth": "infinite"}, "solver": {"method": "rk4", "step": 0.1}}
+    return {**case, **parts, "output": {"step": output_step}}
 
 
 def _rod(z: float) -> Case:
@@ -78,11 +70,9 @@ def dip() -> Case:
     floor = {"type": "fender", "body": "b", "points": [[0, 0, 0]], "plane": plane}
     ramp = {"time": [0, 2], "force": [0, 246e3]}
     mooring = {"type": "linear_mooring", "body": "b", "stiffness": {"surge": 1e5}}
-    forces = {
-        "k": {**mooring, "damping": {"surge": 1e5}},
-        "p": {"type": "applied_force", "body": "b", "force": {"surge": ramp}},
-        "c": {**floor, "normal": {"prescribed": load}, "friction": law},
-    }
+    push = {"type": "applied_force", "body": "b", "force": {"surge": ramp}}
+    contact = {**floor, "normal": {"prescribed": load}, "friction": law}
+    forces = {"k": {**mooring, "damping": {"surge": 1e5}}, "p": push, "c": contact}
     return _case(10.0, 0.2, bodies={"b": _block("surge")}, forces=forces)
 
 

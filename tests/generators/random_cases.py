@@ -6,8 +6,6 @@ that press, steps with the fastest rate that was built in. What is drawn is sens
 things touch, fall, stick and slide, and some steps are too large.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, exp, hypot, log, pi, sin
@@ -194,8 +192,7 @@ def _afloat(s: Sketch) -> None:
 
 
 def float_hulls(s: Sketch, beams_apart: float = 0.0) -> Hull:
-    """Place hulls side by side, in the water of their databases, closely or some beams apart.
-    Returns the first."""
+    """Place hulls side by side in the water of their databases; the first is returned."""
     d = s.draw
     hulls = d.one(((LAUNCH_BARGE,), (BOX,), (SPHERE,), (SHALLOW,), PAIR), 30, 30, 15, 10, 15)
     if hulls is not PAIR:
@@ -223,14 +220,9 @@ def _float_body(s: Sketch, hull: Hull, number: int, at: Place, radiation: Any) -
     tilt = (d.between(-1.0, 1.0) for _ in range(2))
     small = [d.between(-0.3, 0.3), d.between(-0.3, 0.3), d.between(-0.3, 0.3)]
     angles = [rounded(angle * 0.3 / hull.length) for angle in tilt]
-    body: Case = {
-        "hydrodynamics": str(DATABASES / hull.file),
-        "mass": hull.mass,
-        "centre_of_gravity": list(hull.centre),
-        "radii_of_gyration": list(hull.radii),
-        "radiation": radiation,
-        "wave_forces": {"second_order": _second_order(d, hull)},
-    }
+    body: Case = {"hydrodynamics": str(DATABASES / hull.file), "mass": hull.mass}
+    body |= {"centre_of_gravity": list(hull.centre), "radii_of_gyration": list(hull.radii)}
+    body |= {"radiation": radiation, "wave_forces": {"second_order": _second_order(d, hull)}}
     if hull in PAIR:
         body["database_body"] = number
         at = (0.0, hull.centre[1], hull.centre[2])
@@ -246,12 +238,8 @@ def _float_body(s: Sketch, hull: Hull, number: int, at: Place, radiation: Any) -
         s.head(body, [0.0] * 5)
     s.bodies[name] = body
     depth = hull.centre[2]
-    s.forms.append(
-        Form(
-            *(name, hull.mass, (hull.length / 2, hull.beam / 2)),
-            *(hull.bottom - depth, hull.top - depth, at, hull.heave, hull.periods),
-        )
-    )
+    half, deep = (hull.length / 2, hull.beam / 2), (hull.bottom - depth, hull.top - depth)
+    s.forms.append(Form(name, hull.mass, half, *deep, at, hull.heave, hull.periods))
 
 
 def _second_order(d: Draw, hull: Hull) -> str:
@@ -282,15 +270,10 @@ def _block(s: Sketch, mass: float, under: Form | None) -> None:
     else:
         row = sum(2.2 * form.half[0] for form in s.forms)
         at = (rounded(row + half[0]), 0.0, height / 2)
-    radii = [
-        rounded(r) for r in (hypot(half[1], height / 2) / 1.7, half[0] / 1.6, hypot(*half) / 1.7)
-    ]
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, rounded(at[2])],
-        "location": list(s.turned(at[0], at[1])),
-        "radii_of_gyration": radii,
-    }
+    sides = (hypot(half[1], height / 2) / 1.7, half[0] / 1.6, hypot(*half) / 1.7)
+    radii = [rounded(r) for r in sides]
+    body: Case = {"mass": mass, "centre_of_gravity": [0.0, 0.0, rounded(at[2])]}
+    body |= {"location": list(s.turned(at[0], at[1])), "radii_of_gyration": radii}
     dofs = list(d.one(FREE))
     if len(dofs) < 6:
         body["dofs"] = dofs
@@ -298,10 +281,8 @@ def _block(s: Sketch, mass: float, under: Form | None) -> None:
     s.head(body, [0.0, 0.0, up if "heave" in dofs else 0.0, 0.0, 0.0])
     if d.chance(0.4):
         speed = [d.between(-1.0, 1.0) for _ in range(2)]
-        body.setdefault("initial", {})["velocity"] = [
-            *(v if dof in dofs else 0.0 for v, dof in zip(speed, DOFS, strict=False)),
-            *(0.0, 0.0, 0.0, 0.0),
-        ]
+        free = [v if dof in dofs else 0.0 for v, dof in zip(speed, DOFS, strict=False)]
+        body.setdefault("initial", {})["velocity"] = [*free, 0.0, 0.0, 0.0, 0.0]
     s.bodies[name] = body
     s.forms.append(Form(name, mass, half, rounded(-height / 2), rounded(height / 2), at))
     s.add("applied_force", name, force={"heave": rounded(-mass * GRAVITY)})
@@ -330,12 +311,6 @@ def with_solver(s: Sketch, seed: int) -> Case:
         tolerance = d.order(1e-8, 1e-5)
         solver["tolerance"] = dict.fromkeys(("relative", "position"), tolerance)
     every = max(1, round(d.one((0.1, 0.2, 0.5)) / step))
-    return {
-        "title": f"random case {seed}",
-        "duration": duration,
-        "environment": s.environment,
-        "bodies": s.bodies,
-        "forces": s.forces,
-        "solver": solver,
-        "output": {"step": rounded(every * step)},
-    }
+    case = {"title": f"random case {seed}", "duration": duration, "environment": s.environment}
+    case |= {"bodies": s.bodies, "forces": s.forces, "solver": solver}
+    return {**case, "output": {"step": rounded(every * step)}}

@@ -1,7 +1,5 @@
 """Fenders, lines, moorings, damping, loads, waves and streams of `random_cases`."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any
@@ -71,15 +69,10 @@ def _line(s: Sketch, form: Form, x: float, y: float, stiffness: float) -> None:
         keys["stiffness"] = rounded(stiffness)
     else:
         far = [0.0, 0.02 * span, 0.05 * span]
-        tension = [
-            0.0,
-            0.6 * stiffness * far[1],
-            0.6 * stiffness * far[1] + stiffness * 0.03 * span,
-        ]
-        keys["curve"] = {
-            "extension": list(map(rounded, far)),
-            "tension": list(map(rounded, tension)),
-        }
+        bend = 0.6 * stiffness * far[1]
+        tension = [0.0, bend, bend + stiffness * 0.03 * span]
+        extension, tension = list(map(rounded, far)), list(map(rounded, tension))
+        keys["curve"] = {"extension": extension, "tension": tension}
     if d.chance(0.4):
         keys["damping"] = rounded(d.between(0.02, 0.2) * sqrt(stiffness * form.mass))
     s.add("spring", form.name, **keys)
@@ -98,9 +91,8 @@ def _support(s: Sketch, i: int, form: Form) -> None:
     stiffness = weight / sag
     points = _corners(form, count, form.bottom)
     if count < 3:  # it would topple
-        free = [
-            dof for dof in s.bodies[form.name].get("dofs", DOFS) if dof not in ("roll", "pitch")
-        ]
+        dofs = s.bodies[form.name].get("dofs", DOFS)
+        free = [dof for dof in dofs if dof not in ("roll", "pitch")]
         s.bodies[form.name]["dofs"] = free
     if below is None:
         slope = [d.between(-0.06, 0.06) if d.chance(0.3) else 0.0 for _ in range(2)]
@@ -322,9 +314,8 @@ def _damp(s: Sketch, form: Form) -> None:
         damping = rounded(form.mass * d.order(0.01, 0.3))
         s.add("linear_damping", form.name, damping={"surge": damping, "sway": damping})
     if form.afloat and d.chance(0.2):
-        drag = rounded(
-            0.5 * 1025.0 * form.half[0] * -2.0 * min(form.bottom, -1.0) * d.order(0.3, 1.5)
-        )
+        drag = 0.5 * 1025.0 * form.half[0] * -2.0 * min(form.bottom, -1.0)
+        drag = rounded(drag * d.order(0.3, 1.5))
         s.add("quadratic_damping", form.name, damping={"sway": drag, "surge": rounded(0.1 * drag)})
 
 

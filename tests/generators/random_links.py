@@ -3,8 +3,6 @@
 Cases of numbers from `LINKED_FROM` on draw them, after all that they draw without.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import NamedTuple
 
@@ -40,9 +38,8 @@ def draw_link(d: Draw, course: Course) -> DrawnLink:
 def _stop(d: Draw, course: Course) -> DrawnLink:
     rate = d.order(6.0, 25.0)
     keys: Case = {"stiffness": rounded(course.mass * rate**2)}
-    ends = {"lowest": (-1.0,), "highest": (1.0,), "both": (-1.0, 1.0)}[
-        d.one(("lowest", "highest", "both"))
-    ]
+    sides = {"lowest": (-1.0,), "highest": (1.0,), "both": (-1.0, 1.0)}
+    ends = sides[d.one(("lowest", "highest", "both"))]
     for side in ends:
         end = course.place + side * course.span * d.between(-0.2 if len(ends) < 2 else 0.1, 1.0)
         keys["lowest" if side < 0.0 else "highest"] = rounded(end)

@@ -3,8 +3,6 @@
 Paths in them are relative to a folder with the shipped cases and databases.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -142,12 +140,9 @@ SHORT = 10.0  # s: duration of mutants that are checked
 def recorded_inputs() -> dict[str, Any]:
     """Texts of ``files`` by path; ``mutants`` of cases, of which most are refused when they are
     read, and others to be ``checked``: the case, a name, the text."""
+    files = {f"studies/{name}.yaml": text for name, text in STUDIES.items()}
     return {
-        "files": {
-            "scenes/two barges.yaml": PAIR,
-            **{f"studies/{name}.yaml": text for name, text in STUDIES.items()},
-            **_scene_files(),
-        },
+        "files": {"scenes/two barges.yaml": PAIR, **files, **_scene_files()},
         "mutants": [_texts(mutant) for mutant in mutants(MUTANTS, 1)],
         "checked": [_texts(mutant, SHORT) for mutant in mutants(CHECKED_MUTANTS, 2, True)],
     }

@@ -6,8 +6,6 @@ it is the largest component of the rotation vector between both attitudes over t
 the three angles. Ranges are at least those of `least_ranges`.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import ceil
 
@@ -35,13 +33,9 @@ def compile_reference(scene: Scene, spacing: float = SPACING) -> tuple[Compiled,
     """The scene compiled with the finer tolerance, and its records per record of the scene."""
     finer = ceil(scene.output_step / spacing - 1e-9)
     output_step = scene.output_step / finer
-    solver = Solver(
-        Method.DOPRI5,
-        min(0.005, output_step),
-        Tolerance(FINE, FINE, FINE),
-        linear=LinearScenes.STEP,
-        kinematics=scene.solver.kinematics,
-    )
+    tight = Tolerance(FINE, FINE, FINE)
+    exactly = {"linear": LinearScenes.STEP, "kinematics": scene.solver.kinematics}
+    solver = Solver(Method.DOPRI5, min(0.005, output_step), tight, **exactly)
     scene = replace(scene, solver=solver, output_step=output_step)
     return compile_scene(scene, in_plane=True), finer
 

@@ -5,8 +5,6 @@ again turned, and from a state on the way: with a fixed step it must go on to th
 is right is for `references` to say.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -71,14 +69,9 @@ def tried(case_of: Maker, number: int, turns: bool = True) -> Trial:
         return Trial("crash", format_exc(limit=-4))
     cpu = process_time() - begin
     status = str(run.attrs["status"])
-    found = Trial(
-        status,
-        str(run.attrs.get("warnings") or ""),
-        tuple(_wrong(run)),
-        cpu,
-        int(run.attrs["solver_evaluations"]),
-        int(run.attrs["solver_events"]),
-    )
+    warned = str(run.attrs.get("warnings") or "")
+    work = [int(run.attrs[f"solver_{what}"]) for what in ("evaluations", "events")]
+    found = Trial(status, warned, tuple(_wrong(run)), cpu, *work)
     if status != "complete":
         return found
     try:
@@ -99,8 +92,7 @@ def _run(scene: Scene) -> xr.Dataset:
 
 
 def _is_finite(values: xr.DataArray) -> bool:
-    """Whether all is finite but what does not apply, as the draught of a body without a family: it
-    is no number at any time."""
+    """Whether all is finite but what does not apply, as the draught of a body without a family."""
     applies = ~np.isnan(values).all("time")
     return bool(np.isfinite(values.where(applies, 0.0)).all())
 
@@ -116,8 +108,7 @@ def _wrong(run: xr.Dataset) -> Iterator[str]:
 
 
 def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
-    """A run from a state at a random time goes on to the bit, with a method that does not choose
-    its steps. The record of a convolution has its memory at the end alone."""
+    """From a random time on to the bit, with equal steps; a convolution's memory is at the end."""
     if scene.solver.method.adapts or "memory_row" in run.dims:
         return
     first = int(np.random.default_rng(number).integers(1, run.time.size - 1))

@@ -7,8 +7,6 @@ pressed and at rest, and with all of them pressed and sliding. In each of them t
 from step to step. The step at which the first of the three begins to diverge is found by bisection.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -16,29 +14,14 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+import hydrosim as hs
 from hydrosim import InputError, SimulationError, compile_scene, load_case, simulate
 from hydrosim.compile.compiled import Compiled
 from hydrosim.dofs import DOFS
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    NormalCurve,
-    Plane,
-    StickSlip,
-    constant,
-)
+from hydrosim.elements import constant
 from hydrosim.integrate.dynamics import dynamic_states
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import (
-    ConvolutionRadiation,
-    LinearScenes,
-    Question,
-    Scene,
-    Solver,
-    Unstable,
-)
+from hydrosim.scene import ConvolutionRadiation, LinearScenes, Question, Scene, Solver, Unstable
 from hydrosim.scene.contacts import Law
 
 CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"
@@ -75,34 +58,34 @@ def with_radiation(scene: Scene, radiation: ConvolutionRadiation) -> Scene:
     return replace(scene, bodies=(replace(scene.bodies[0], radiation=radiation),))
 
 
-def _on_deck(random: np.random.Generator) -> Fender:
+def _on_deck(random: np.random.Generator) -> hs.Fender:
     """A fender below the topside, up to 0.3 m higher or lower than the others."""
     x, y, z = random.uniform((-60.0, -18.0, DECK - 0.3), (60.0, 18.0, DECK + 0.3))
-    plane = Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0))
-    return Fender("barge", np.array([[x, y, z]]), plane, _curve(random), _law(random))
+    plane = hs.Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0))
+    return hs.Fender("barge", np.array([[x, y, z]]), plane, _curve(random), _law(random))
 
 
-def _bumper(random: np.random.Generator) -> Fender:
+def _bumper(random: np.random.Generator) -> hs.Fender:
     """A bumper ahead, `GAP` from its wall, along which the barge slides freely."""
     place = np.array([[130.0, random.uniform(-15.0, 15.0), random.uniform(0.0, 7.0)]])
-    plane = Plane((130.0 + GAP, 0.0, 0.0), (-1.0, 0.0, 0.0))
-    return Fender("barge", place, plane, _curve(random), Frictionless())
+    plane = hs.Plane((130.0 + GAP, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    return hs.Fender("barge", place, plane, _curve(random), hs.Frictionless())
 
 
-def _curve(random: np.random.Generator) -> NormalCurve:
+def _curve(random: np.random.Generator) -> hs.NormalCurve:
     k = 10.0 ** random.uniform(7.0, 9.5)
     damping = random.choice([0.0, 0.05, 0.2]) * np.sqrt(k * MASS)
-    return NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k]), float(damping))
+    return hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k]), float(damping))
 
 
 def _law(random: np.random.Generator) -> Law:
     kind, k = random.integers(0, 4), 10.0 ** random.uniform(8.0, 9.5)
     if kind == 0:
-        return Frictionless()
+        return hs.Frictionless()
     if kind == 1:
-        return FrictionSlope(0.2, 10.0 ** random.uniform(7.0, 9.5))
+        return hs.FrictionSlope(0.2, 10.0 ** random.uniform(7.0, 9.5))
     C2, C3 = random.choice([0.05, 0.1, 0.3], 2) * np.sqrt(k * MASS)
-    return StickSlip(0.2, 0.1, k, float(C2), float(C3 if kind == 2 else 0.0))
+    return hs.StickSlip(0.2, 0.1, k, float(C2), float(C3 if kind == 2 else 0.0))
 
 
 def predicted(scene: Scene) -> float:
@@ -130,14 +113,14 @@ def put(scene: Scene, place: str) -> Scene:
     closer = np.array([GAP + PRESSED, 0.0, GAP + PRESSED + 0.3, 0.0, 0.0, 0.0])
     there = replace(scene, bodies=(replace(scene.bodies[0], position=tuple(closer)),))
     smooth = {
-        name: replace(e, friction=Frictionless()) if isinstance(e, Fender) else e
+        name: replace(e, friction=hs.Frictionless()) if isinstance(e, hs.Fender) else e
         for name, e in scene.forces.items()
     }
     step = scene.solver.step
     run = simulate(replace(there, forces=smooth, duration=step, output_step=step))
     loads = [run[name].values[0, 0] for name in run.data_vars if str(name).startswith("force_")]
     signals = {dof: constant(-load) for dof, load in zip(DOFS, np.sum(loads, axis=0), strict=True)}
-    held = {**scene.forces, "held": AppliedForce("barge", (0.0, 0.0, 0.0), signals)}
+    held = {**scene.forces, "held": hs.AppliedForce("barge", (0.0, 0.0, 0.0), signals)}
     velocity = (0.0, -SPEED, 0.0, 0.0, 0.0, 0.0) if place == "sliding" else (0.0,) * 6
     body = replace(there.bodies[0], velocity=velocity)
     return replace(there, bodies=(body,), forces=held)

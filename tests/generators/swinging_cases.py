@@ -4,8 +4,6 @@ A case is drawn from its seed alone and lasts 60 to 120 s. Some swing so far tha
 chaotic.
 """
 
-from __future__ import annotations
-
 from math import cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
@@ -62,12 +60,9 @@ def _rail(d: Draw, mass: float) -> Case:
 
 def _body(d: Draw, mass: float, size: float, z: float) -> Case:
     extent = [size * d.between(0.1, 0.5) for _ in range(3)]
-    return {
-        "mass": rounded(mass),
-        "centre_of_gravity": [0.0, 0.0, rounded(z)],
-        "radii_of_gyration": [rounded(hypot(extent[i - 1], extent[i - 2])) for i in range(3)],
-        "weight": "carried",
-    }
+    radii = [rounded(hypot(extent[i - 1], extent[i - 2])) for i in range(3)]
+    body = {"mass": rounded(mass), "centre_of_gravity": [0.0, 0.0, rounded(z)]}
+    return {**body, "radii_of_gyration": radii, "weight": "carried"}
 
 
 def _turn(d: Draw, most: float) -> Case:

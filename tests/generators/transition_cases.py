@@ -4,8 +4,6 @@ All elements that act for a time, compensators on both stops, guides, edges, pum
 about an axis that turn over, and conditions that must last.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -36,32 +34,19 @@ def transition_cases() -> Mapping[str, Case]:
 
 
 def _case(bodies: Case, forces: Case, duration: float, **parts: Any) -> Case:
-    return {
-        "title": "transitions",
-        "duration": duration,
-        "accept": list(ACCEPTED),
-        "environment": {"water_depth": "infinite"},
-        "bodies": bodies,
-        "forces": forces,
-        "solver": {"method": "rk4", "step": 0.01},
-        **parts,
-    }
+    case = {"title": "transitions", "duration": duration, "accept": list(ACCEPTED)}
+    case |= {"environment": {"water_depth": "infinite"}, "bodies": bodies, "forces": forces}
+    return {**case, "solver": {"method": "rk4", "step": 0.01}, **parts}
 
 
 def _body(dofs: list[str], position: Mapping[int, float] | None = None, **velocity: float) -> Case:
     """A body with its displacements [m, rad] at the start by number, and its velocities by name."""
     names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     start = position or {}
-    return {
-        "mass": MASS,
-        "centre_of_gravity": [0, 0, 0],
-        "radii_of_gyration": [1, 1, 1],
-        "dofs": dofs,
-        "initial": {
-            "position": [start.get(i, 0.0) for i in range(6)],
-            "velocity": [velocity.get(name, 0.0) for name in names],
-        },
-    }
+    position = [start.get(i, 0.0) for i in range(6)]
+    body = {"mass": MASS, "centre_of_gravity": [0, 0, 0], "radii_of_gyration": [1, 1, 1]}
+    initial = {"position": position, "velocity": [velocity.get(name, 0.0) for name in names]}
+    return {**body, "dofs": dofs, "initial": initial}
 
 
 def _spring(body: str, **stiffness: float) -> Case:
@@ -134,19 +119,10 @@ def _compensators() -> Case:
         name = f"cart{i}"
         bodies[name] = _body(["surge"], {0: 2.0})
         forces[f"spring{i}"] = _spring(name, surge=SLOW)
-        forces[f"gas{i}"] = {
-            "type": "compensator",
-            "body": name,
-            "point": [0, 0, 0],
-            "anchor": [-20, 0, 0],
-            "length": 20.0,
-            "tension": 800.0,
-            "stroke": 1.0,
-            "gas_length": 2.0,
-            "exponent": 1.3,
-            "stiffness": 2000.0,
-            "damping": damping,
-        }
+        gas = {"type": "compensator", "body": name, "point": [0, 0, 0], "anchor": [-20, 0, 0]}
+        gas |= {"length": 20.0, "tension": 800.0, "stroke": 1.0, "gas_length": 2.0}
+        gas |= {"exponent": 1.3, "stiffness": 2000.0, "damping": damping}
+        forces[f"gas{i}"] = gas
         forces[f"push{i}"] = _push(name, surge={"amplitude": 2000.0, "period": 3.0})
     return _case(bodies, forces, 20.0)
 
@@ -167,33 +143,22 @@ def _guides() -> Case:
         name = f"pin{i}"
         bodies[name] = _body(["surge", "heave"], {2: 1.5})
         forces[f"spring{i}"] = _spring(name, surge=4000.0, heave=SLOW)
-        forces[f"push{i}"] = _push(
-            name, surge={"amplitude": 3000.0, "period": 2.6, "mean": 4000.0 * aside}
-        )
-        forces[f"seat{i}"] = {
-            "type": "landing",
-            "body": name,
-            "points": [[0, 0, 0]],
-            "on": {"points": [[0, 0, -1.0]]},
-            "normal": {"stiffness": 20000.0},
-            "friction": {"law": "none"},
-            "wall": {"gap": 0.2, "compression": [0, 0.1, 1], "force": [0, 1000, 30000], "depth": 1},
-            **({"active": {**active, "until": 15.2}} if active else {}),
-        }
+        swing = {"amplitude": 3000.0, "period": 2.6, "mean": 4000.0 * aside}
+        forces[f"push{i}"] = _push(name, surge=swing)
+        landing = {"type": "landing", "body": name, "points": [[0, 0, 0]]}
+        landing |= {"on": {"points": [[0, 0, -1.0]]}, "normal": {"stiffness": 20000.0}}
+        wall = {"gap": 0.2, "compression": [0, 0.1, 1], "force": [0, 1000, 30000], "depth": 1}
+        landing |= {"friction": {"law": "none"}, "wall": wall}
+        landing |= {"active": {**active, "until": 15.2}} if active else {}
+        forces[f"seat{i}"] = landing
     bodies["still"] = _body(["surge"])
     forces["still"] = _spring("still", surge=SLOW)
     for name, seat in {"free": [0, 0, 0.5], "beside": [0.5, 0, 0.5], "away": [0, 0, -3]}.items():
         wall = {"gap": 0.2, "stiffness": 1000.0, "depth": 1}
-        forces[f"still_{name}"] = {
-            "type": "landing",
-            "body": "still",
-            "points": [[0, 0, 0.6]],
-            "wall": wall,
-            "on": {"points": [seat]},
-            "normal": {"stiffness": 1.0},
-            "friction": {"law": "none"},
-            "active": dict(FOR_A_TIME),
-        }
+        still = {"type": "landing", "body": "still", "points": [[0, 0, 0.6]], "wall": wall}
+        still |= {"on": {"points": [seat]}, "normal": {"stiffness": 1.0}}
+        still |= {"friction": {"law": "none"}, "active": dict(FOR_A_TIME)}
+        forces[f"still_{name}"] = still
     return _case(bodies, forces, 25.0)
 
 
@@ -201,28 +166,18 @@ def _edges() -> Case:
     """A block that slides over the edge of a table, falls on a spring, and comes back below."""
     table = [[-3, -1, 0], [0.5, -1, 0], [0.5, 1, 0], [-3, 1, 0]]
     normal = {"stiffness": 50000.0, "damping": 500.0}
-    friction = {
-        "law": "stick_slip",
-        "static": 0.05,
-        "kinetic": 0.04,
-        "stiffness": 20000.0,
-        "damping": 500.0,
-    }
+    law: Case = {"law": "stick_slip", "static": 0.05, "kinetic": 0.04}
+    friction = {**law, "stiffness": 20000.0, "damping": 500.0}
     fender = {"type": "fender", "body": "block", "points": [[0, 0, 0]], "normal": normal}
     plane = {"point": [0, 0, 0], "normal": UP, "corners": table}
     bodies = {"block": _body(["surge", "heave"], {0: -1.0})}
+    deep = {**fender, "points": [[0, 0, -1]], "plane": {**plane, "point": [0, 0, -2]}}
     forces = {
         "spring": _spring("block", surge=SLOW, heave=3.0 * SLOW),
         "load": _push("block", heave=-2000.0),
         "push": _push("block", surge={"amplitude": 1500.0, "period": 5.0}),
         "table": {**fender, "plane": plane, "friction": friction},
-        "deep": {
-            **fender,
-            "points": [[0, 0, -1]],
-            "plane": {**plane, "point": [0, 0, -2]},
-            "friction": friction,
-            "active": {"from": 2.0, "until": 14.0},
-        },
+        "deep": {**deep, "friction": friction, "active": {"from": 2.0, "until": 14.0}},
     }
     forces["deep"]["plane"]["corners"] = [[x, y, -2] for x, y, _ in table]
     return _case(bodies, forces, 30.0)
@@ -298,21 +253,15 @@ def _drums() -> Case:
     """Winches that keep a tension, with drums that are soon empty or full."""
     line = {"type": "winch", "point": [0, 0, 0], "anchor": [20, 0, 0], "stiffness": 200000.0}
     law = {"tension": 1000.0, "speed": 2.0, "dead_band": 0.3}
-    kinds = {
-        "quick": {},
-        "damped": {"damping": 0.1},
-        "heavy": {"acceleration": 0.5},
-        "light": {"acceleration": 3.0},
-        "slow": {"speed": 0.2},
-    }
+    kinds = {"quick": {}, "damped": {"damping": 0.1}, "heavy": {"acceleration": 0.5}}
+    kinds |= {"light": {"acceleration": 3.0}, "slow": {"speed": 0.2}}
     bodies = {}
     forces = {}
     for name, keys in kinds.items():
         bodies[name] = _body(["surge"])
         forces[f"spring_{name}"] = _spring(name, surge=SLOW)
-        forces[f"push_{name}"] = _push(
-            name, surge={"amplitude": 6000.0, "period": 5.0, "mean": -1000.0}
-        )
+        swing = {"amplitude": 6000.0, "period": 5.0, "mean": -1000.0}
+        forces[f"push_{name}"] = _push(name, surge=swing)
         drum = {"shortest": 19.4, "longest": 20.3}
         forces[f"winch_{name}"] = {**line, **law, **keys, "body": name, "drum": drum}
     forces["winch_quick"]["length"] = 20.3
@@ -321,15 +270,9 @@ def _drums() -> Case:
 
 def _lasting_conditions() -> Case:
     """A force that begins when a cart has been fast for a while, and ends when it is slow."""
-    forces = {
-        "spring": _spring("cart", surge=SLOW),
-        "push": _push("cart", surge={"amplitude": 800.0, "period": 5.9}),
-        "brake": {
-            **_push("cart", surge=-500.0),
-            "active": {
-                "from": {"channel": "velocity.cart.surge", "above": 1.0, "lasting": 1.2},
-                "until": {"channel": "speed.cart", "below": 1.5, "lasting": 0.4},
-            },
-        },
-    }
+    fast = {"channel": "velocity.cart.surge", "above": 1.0, "lasting": 1.2}
+    slow = {"channel": "speed.cart", "below": 1.5, "lasting": 0.4}
+    brake = {**_push("cart", surge=-500.0), "active": {"from": fast, "until": slow}}
+    push = _push("cart", surge={"amplitude": 800.0, "period": 5.9})
+    forces = {"spring": _spring("cart", surge=SLOW), "push": push, "brake": brake}
     return _case({"cart": _body(["surge"])}, forces, 40.0)

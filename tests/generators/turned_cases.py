@@ -1,7 +1,5 @@
 """A case turned as a whole about the vertical through the origin."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from math import cos, sin
 from typing import Any

@@ -1,7 +1,5 @@
 """A process that answers, and is replaced when it takes too long or dies."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from multiprocessing import get_context
 from multiprocessing.connection import Connection

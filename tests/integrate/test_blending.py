@@ -4,8 +4,6 @@ that swing as fast as they like, the ledger, restart, and what is refused.
 The barge is a box, 60 x 20 x 8 m, at 3.6 and 4.4 m; a third database of it is for 4 m.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -36,23 +34,14 @@ from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     AtDraught,
-    Body,
     ConvolutionRadiation,
-    Environment,
     Family,
     Hull,
     Place,
     Question,
-    RegularWave,
-    Scene,
     SecondOrder,
-    Solver,
-    Start,
     StateSpaceRadiation,
-    Stream,
     Symmetry,
-    WaveForces,
-    WaveTrain,
     Weight,
 )
 
@@ -65,35 +54,25 @@ ALONE = FILES[4.0]
 pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
 
 
-def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> Body:
-    """The barge with the mass of 4 m, ``heave`` above a ``draught``, in the frame of which it is
-    described."""
+def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> hs.Body:
+    """The barge with the mass of 4 m, ``heave`` above a ``draught``, in the frame of that."""
     hull = Hull(barge_with_deck(box(60.0, 20.0, draught), 8.0))
-    body = Body(
-        "barge",
-        MASS,
-        MASS * np.diag([7.0, 16.0, 16.0]) ** 2,
-        hydrodynamics=source,
-        hydrostatics=hull,
-        centre_of_gravity=(0.0, 0.0, KG - draught),
-        weight=Weight.CARRIED,
-        position=moving(heave=heave),
-        radiation=StateSpaceRadiation(3e-3),
-    )
+    parts = {"hydrodynamics": source, "hydrostatics": hull, "weight": Weight.CARRIED}
+    parts |= {"position": moving(heave=heave), "radiation": StateSpaceRadiation(3e-3)}
+    inertia, centre = MASS * np.diag([7.0, 16.0, 16.0]) ** 2, (0.0, 0.0, KG - draught)
+    body = hs.Body("barge", MASS, inertia, centre_of_gravity=centre, **parts)
     return replace(body, **changes)
 
 
-def scene(body: Body, duration: float = 40.0, step: float = 0.1, **changes: Any) -> Scene:
-    return replace(
-        Scene("draughts", duration, (body,), solver=Solver(step=step), output_step=0.5), **changes
-    )
+def scene(body: hs.Body, duration: float = 40.0, step: float = 0.1, **changes: Any) -> hs.Scene:
+    solver = hs.Solver(step=step)
+    whole = hs.Scene("draughts", duration, (body,), solver=solver, output_step=0.5)
+    return replace(whole, **changes)
 
 
 @pytest.mark.parametrize(("dof", "start"), [("heave", 0.02), ("roll", 0.02)])
 @pytest.mark.slow
-def test_a_decay_between_two_draughts_is_that_of_the_database_there(
-    dof: str, start: float, validated: Callable[..., None]
-) -> None:
+def test_a_decay_between_two_draughts_is_that_of_the_database_there(dof, start, validated):
     """Within 1 % of its start: what linear interpolation leaves of databases 20 % apart."""
     offset, first = moving(**{dof: start}), np.array(moving(heave=0.4))
     own = hs.simulate(scene(barge(ALONE, 4.0, position=offset)))
@@ -105,8 +84,7 @@ def test_a_decay_between_two_draughts_is_that_of_the_database_there(
 
 
 def blends(count: int) -> list[Callable[[float], float]]:
-    """Slow heaves over time, from draught to draught: sums of two random sines; a fifth of them at
-    twice the natural frequency of heave, or of roll."""
+    """Slow heaves from draught to draught: two random sines, a fifth of them at resonance."""
     draw, found = np.random.default_rng(7), []
     for k in range(count):
         w, phase = draw.uniform(0.1, 3.0, 2), draw.uniform(0.0, 2.0 * np.pi, 2)
@@ -117,7 +95,7 @@ def blends(count: int) -> list[Callable[[float], float]]:
 
 
 @pytest.mark.slow
-def test_no_blend_gains_energy(figure: Callable[[str, float], None]) -> None:
+def test_no_blend_gains_energy(figure) -> None:
     """The first filter is put where the second follows a given heave, which no wave could make it;
     the energy is that of the body, of A_inf at the draught and of the hull's potential. A memory
     only takes from it, but for the error of the steps."""
@@ -159,17 +137,15 @@ def started(compiled: Compiled) -> Run:
     return new_run(clock, compiled.model, RK4, state, new_record(compiled.model, clock))
 
 
-def rising(**changes: Any) -> Scene:
+def rising(**changes: Any) -> hs.Scene:
     """Let go at a draught of 4.35 m: it swings about 4 m, and its slow draught follows."""
     start = moving(heave=0.05, roll=0.05, pitch=0.01, yaw=0.3)
     return scene(barge(FAMILY, 4.4, position=start), **changes)
 
 
-def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, float], None]) -> None:
-    left = [
-        float(np.abs(hs.simulate(rising(duration=10.0, step=step)).energy_residual.values).max())
-        for step in (0.05, 0.025, 0.0125)
-    ]
+def test_the_ledger_closes_at_the_order_of_the_method(figure) -> None:
+    runs = [hs.simulate(rising(duration=10.0, step=h)) for h in (0.05, 0.025, 0.0125)]
+    left = [float(np.abs(run.energy_residual.values).max()) for run in runs]
     orders = np.log2(np.array(left[:-1]) / left[1:])
     figure("order of the ledger", orders[-1])
     assert orders.min() > 3.7
@@ -185,20 +161,19 @@ def test_a_draught_beyond_the_family_is_warned_of() -> None:
 def test_a_run_goes_on_in_the_midst_of_a_blend_to_the_bit() -> None:
     whole = hs.simulate(rising())
     first = hs.simulate(rising(duration=20.0))
-    second = hs.simulate(rising(duration=20.0, initial=Start(first)))
+    second = hs.simulate(rising(duration=20.0, initial=hs.Start(first)))
     late = whole.sel(time=slice(20.0, None))
     for name in ("position", "velocity", "force_radiation"):
         assert np.array_equal(late[name].values, second[name].values), name
 
 
-SEA = Environment(waves=(WaveTrain(RegularWave(0.5, 6.0), heading=np.radians(40.0)),))
+SEA = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(0.5, 6.0), heading=np.radians(40.0)),))
 
 
 def held(source: Any, draught: float, heave: float) -> xr.Dataset:
     """The loads on a barge that is held at a heave over its place at rest, and heavy in surge."""
-    forces = WaveForces(
-        second_order=SecondOrder.MEAN_DRIFT, headings=Place.MEAN, position=Place.MEAN
-    )
+    mean = {"headings": Place.MEAN, "position": Place.MEAN}
+    forces = hs.WaveForces(second_order=SecondOrder.MEAN_DRIFT, **mean)
     body = barge(source, draught, heave, mass=1e15, dofs=("surge",), wave_forces=forces)
     return hs.simulate(scene(body, 10.0, environment=SEA, accept=tuple(Question)))
 
@@ -216,39 +191,31 @@ def test_wave_loads_are_those_of_the_draught() -> None:
 
 def test_waves_follow_the_slow_place_of_a_family() -> None:
     """At the draught of one of its databases as that alone, locked there."""
-    forces = WaveForces(headings=Place.SLOW, position=Place.SLOW)
+    forces = hs.WaveForces(headings=Place.SLOW, position=Place.SLOW)
     dofs = ("surge", "sway", "yaw")
-    one, both = (
-        barge(source, 4.4, dofs=dofs, wave_forces=forces, position=moving(surge=3.0, yaw=0.3))
-        for source in (FILES[4.4], FAMILY)
-    )
+    keys = {"dofs": dofs, "wave_forces": forces, "position": moving(surge=3.0, yaw=0.3)}
+    one, both = (barge(source, 4.4, **keys) for source in (FILES[4.4], FAMILY))
     alone, found = (hs.simulate(scene(body, environment=SEA)) for body in (one, both))
     assert_allclose(found.position, alone.position, rtol=0, atol=1e-9)
 
 
 def test_a_family_that_is_turned_is_turned_as_one_database() -> None:
     """At the draught of one, with a heading at rest, a yaw and a place of its own."""
-    forces = WaveForces(second_order=SecondOrder.NEWMAN, headings=Place.MEAN, position=Place.MEAN)
-    one, both = (
-        barge(
-            *(source, 4.4),
-            dofs=("surge", "sway", "roll", "yaw"),
-            wave_forces=forces,
-            heading=0.6,
-            location=(30.0, -20.0),
-            position=moving(yaw=0.2, roll=0.05),
-        )
-        for source in (FILES[4.4], FAMILY)
-    )
+    mean = {"headings": Place.MEAN, "position": Place.MEAN}
+    forces = hs.WaveForces(second_order=SecondOrder.NEWMAN, **mean)
+    place = {"heading": 0.6, "location": (30.0, -20.0), "position": moving(yaw=0.2, roll=0.05)}
+    keys = {"dofs": ("surge", "sway", "roll", "yaw"), "wave_forces": forces, **place}
+    one, both = (barge(source, 4.4, **keys) for source in (FILES[4.4], FAMILY))
     alone, found = (hs.simulate(scene(body, environment=SEA)) for body in (one, both))
     assert_allclose(found.position, alone.position, rtol=0, atol=1e-12)
 
 
 def test_a_family_in_its_plane_is_what_it_is_in_all_degrees_of_freedom() -> None:
-    ahead = Environment(waves=(WaveTrain(RegularWave(0.5, 6.0)),))
-    body = barge(FAMILY, 4.4, 0.2, wave_forces=WaveForces(headings=Place.MEAN, position=Place.MEAN))
+    ahead = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(0.5, 6.0)),))
+    mean = hs.WaveForces(headings=Place.MEAN, position=Place.MEAN)
+    body = barge(FAMILY, 4.4, 0.2, wave_forces=mean)
     plane = hs.simulate(scene(body, environment=ahead))
-    solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
+    solver = hs.Solver(step=0.1, symmetry=Symmetry.IGNORE)
     whole = hs.simulate(scene(body, environment=ahead, solver=solver))
     assert "sway of barge" in plane.attrs["zero_by_symmetry"]
     assert_allclose(plane.position, whole.position, rtol=0, atol=1e-10)
@@ -285,12 +252,11 @@ def test_what_is_no_family_is_refused(message: str) -> None:
 
 def test_a_current_and_another_origin_are_refused() -> None:
     with pytest.raises(InputError, match="and a current; expected still water"):
-        compile_scene(scene(barge(FAMILY, 4.4), environment=Environment(current=Stream(1.0))))
+        compile_scene(scene(barge(FAMILY, 4.4), environment=hs.Environment(current=hs.Stream(1.0))))
     db = load(FILES[3.6])
     centre = db.centre_of_buoyancy + np.array([2.0, 0.0, 0.0])
-    moved = Family(
-        (AtDraught(4.4, FILES[4.4]), AtDraught(3.6, replace(db, centre_of_buoyancy=centre)))
-    )
+    high = AtDraught(3.6, replace(db, centre_of_buoyancy=centre))
+    moved = Family((AtDraught(4.4, FILES[4.4]), high))
     with pytest.raises(InputError, match="the same origin on the hull"):
         compile_scene(scene(barge(moved, 4.4)))
 

@@ -1,20 +1,17 @@
 """Corners of tables, and conditions of time, that are equal to ends of steps but for rounding."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import block, moving, observed_orders, scene, steady
+from scenes import block, central_force, moving, observed_orders, scene, steady
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import AppliedForce, LinearMooring, Spring, Table
+from hydrosim.elements import LinearMooring, Spring, Table
 from hydrosim.integrate.state import align_corners, merge_breakpoints
 from hydrosim.scene import Active, Method, Scene, When
 
@@ -30,11 +27,10 @@ before it, twice."""
 
 
 def pushed(step: float, corner: float, duration: float, **solver: object) -> Scene:
-    """A block on a damped line, which is pushed by two tables with equal corners but for rounding,
-    and moored from the ``corner`` on for half a second."""
+    """A block on a damped line, pushed by two tables, moored from the ``corner`` for 0.5 s."""
     times = np.array([0.0, corner, corner + 0.31])
     force = np.array([-3e3, -3e3, -4e3])
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(times, force)})
+    push = central_force(surge=Table(times, force))
     again = replace(push, force={"surge": Table(np.nextafter(times, np.inf), force)})
     line = paid_line(corner)
     until = Active(When(time=corner), When(time=corner + 0.5))
@@ -44,12 +40,18 @@ def pushed(step: float, corner: float, duration: float, **solver: object) -> Sce
 
 
 def paid_line(corner: float) -> Spring:
-    """A taut line from the block, heaved in at 0.2 m/s for a second until the ``corner``, then paid
-    out at 0.3 m/s."""
+    """A taut line, heaved in at 0.2 m/s until the ``corner``, then paid out at 0.3 m/s."""
     times = np.array([corner - 1.0, corner, corner + 10.0])
     length = Table(np.maximum(times, 0.0), LENGTH + np.array([0.2, 0.0, 3.0]))
     curve = np.array([0.0, 99.0]), np.array([0.0, 99.0 * STIFFNESS])
-    return Spring("block", (0.0, 0.0, 0.0), (ANCHOR, 0.0, 0.0), length, *curve, damping=DAMPING)
+    return Spring(
+        "block",
+        (0.0, 0.0, 0.0),
+        (ANCHOR, 0.0, 0.0),
+        length,
+        curve=hs.TensionCurve(*curve),
+        damping=DAMPING,
+    )
 
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])
@@ -62,7 +64,7 @@ def test_no_step_is_as_short_as_rounding(method: Method, step: float, corner: fl
         return np.zeros(6)
 
     whole = pushed(step, corner, step * round((corner + 0.7) / step), method=method)
-    run = hs.simulate(whole, forces={"watch": hs.External("block", watch, "held")})
+    run = hs.simulate(whole, forces={"watch": hs.UserForce("block", watch, "held")})
     assert run.solver_events == 2
     assert min(b - a for a, b in pairwise(times)) > 1e-6 * step
     assert np.abs(np.array(times) - corner).min() < 1e-9 * step
@@ -101,11 +103,8 @@ def paid_out(corner: float, end: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("step", "corner", "side"), [(0.07, 10.5, 1.0), (0.06, 3.24, -1.0)])
-def test_a_rate_that_jumps_at_the_end_of_a_step_keeps_the_order(
-    step: float, corner: float, side: float, figure: Callable[[str, float], None]
-) -> None:
-    """Damping sees the speed of the line, which jumps. The points of the grid are behind the
-    corner by rounding, or before it."""
+def test_a_rate_that_jumps_at_the_end_of_a_step_keeps_the_order(step, corner, side, figure):
+    """Damping sees the line's speed jump; grid points are behind or before it by rounding."""
     steps = [step, step / 2.0]
     assert [np.sign(round(corner / step) * step - corner) for step in steps] == [side, side]
     end = step * round((corner + 0.7) / step)

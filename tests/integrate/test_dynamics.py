@@ -1,14 +1,11 @@
 """Whole runs of the H-851: energy, lift fixed to the body or the earth, memory of the waves."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import SEA, hull, in_contact, in_waves, motion, scene_of
+from scenes import SEA, central_force, hull, in_contact, in_waves, motion, scene_of
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
@@ -18,13 +15,12 @@ from hydrosim.integrate.state import new_scratch
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import LinearScenes, Method, Solver, WaveTrain
 
-Figure = Callable[[str, float], None]
 LIFT = 119.9e6  # N, when the deck is just below the topside
 MOORING = 392.4e3  # N/m
 SURGE, HEAVE, PITCH = 0, 2, 4
 
 
-def test_energy_of_the_base_case(base_run: xr.Dataset, validated: Callable[..., None]) -> None:
+def test_energy_of_the_base_case(base_run: xr.Dataset, validated) -> None:
     """2000 s at 0.1 s: the residual is what the integration makes of 1000 contact events."""
     residual = base_run.attrs["energy_residual_relative"]
     assert base_run.attrs["solver_events"] > 100
@@ -33,9 +29,8 @@ def test_energy_of_the_base_case(base_run: xr.Dataset, validated: Callable[..., 
     validated(Kind.CLOSED_FORM, claim, "0", residual, 1e-3, *features)
 
 
-def test_energy_residual_has_the_order_of_the_method(figure: Figure) -> None:
-    """RK4 keeps order 4 through contact, stick and slip, because steps are cut at the events; steps
-    that run past them lose it."""
+def test_energy_residual_has_the_order_of_the_method(figure) -> None:
+    """RK4 keeps order 4 as steps are cut at events; steps that run past them lose it."""
     steps = (0.05, 0.025, 0.0125)
     runs = [hs.simulate(in_contact(duration=60.0, step=step)) for step in steps]
     residual = np.array([np.abs(run.energy_residual).max() for run in runs])
@@ -57,7 +52,7 @@ def test_the_last_slope_of_a_step_begins_the_next() -> None:
     its start already. At a corner of the lift, between records, the slope is found anew."""
     scene = scene_of("free_floating")
     ramp = Table(np.array([0.0, 7.3, 20.0]), np.array([0.0, 1e6, 0.0]))
-    lift = AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": ramp})
+    lift = central_force("barge", heave=ramp)
     solver = Solver(method=Method.DOPRI5, step=0.1, linear=LinearScenes.STEP)
     scene = replace(scene, forces={**scene.forces, "lift": lift}, duration=20.0, solver=solver)
     run = hs.simulate(replace(scene, output_step=1.0))
@@ -104,7 +99,7 @@ def static_pitch(x: float) -> float:
 
 
 @pytest.mark.parametrize("x", [0.0, 10.0, -10.0])
-def test_lift_fixed_to_the_body_pushes_the_barge_along(x: float, figure: Figure) -> None:
+def test_lift_fixed_to_the_body_pushes_the_barge_along(x: float, figure) -> None:
     """R(p) (0, 0, F) has the component F sin p along x, R = Ry(p): bow down (p > 0) drives the
     barge forward. At the centre of gravity C35 > 0 trims the lifted barge by the stern, p < 0."""
     q = motion(lifted(x, body_fixed=True)).mean(axis=0)
@@ -118,7 +113,7 @@ def test_lift_fixed_to_the_body_pushes_the_barge_along(x: float, figure: Figure)
 
 
 @pytest.mark.parametrize("x", [0.0, 10.0])
-def test_lift_fixed_to_the_earth_does_not(x: float, figure: Figure) -> None:
+def test_lift_fixed_to_the_earth_does_not(x: float, figure) -> None:
     """The pitch is the same, and surge comes back to zero as its decay says, exp(-0.0097 t)."""
     q = motion(lifted(x, body_fixed=False)).mean(axis=0)
     figure(f"mean surge [m], lifted at x = {x:g} m", q[SURGE])
@@ -126,9 +121,8 @@ def test_lift_fixed_to_the_earth_does_not(x: float, figure: Figure) -> None:
     assert abs(q[SURGE]) < 1e-5
 
 
-def test_the_implicit_method_solves_for_radiation_pole_by_pole(figure: Figure) -> None:
-    """The barge in waves has a hundred states of radiation and few of motion: by esdirk4 it moves
-    as by dopri5, within the tolerances of both, and Jacobians cost little."""
+def test_the_implicit_method_solves_for_radiation_pole_by_pole(figure) -> None:
+    """A hundred states of radiation: esdirk4 moves as dopri5, and Jacobians cost little."""
     scene = replace(in_waves(scene_of("free_floating"), WaveTrain(SEA, ramp=20.0)), duration=60.0)
     runs = []
     for method in (Method.ESDIRK4, Method.DOPRI5):

@@ -1,10 +1,7 @@
 """Hydrodynamics turn with the heading of each body: conservation laws of Kirchhoff's equations, and
 scenes turned as a whole, whose motions must turn with them."""
 
-from __future__ import annotations
-
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from math import cos, pi, radians, sin
@@ -13,58 +10,37 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scenes
 import xarray as xr
 from markers import few
 from numpy.testing import assert_allclose
-from scenes import ROOT, SEA, in_contact, in_waves, motion, moving, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.database import HydroDatabase, load
 from hydrosim.dofs import DOFS, about_z
-from hydrosim.elements import (
-    CurrentLoad,
-    Fender,
-    LinearDamping,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    Spring,
-    StickSlip,
-    WindLoad,
-)
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
-    Body,
     ConvolutionRadiation,
     CurrentProfile,
-    Environment,
-    ForceElement,
-    Gusts,
     LinearScenes,
     RadiationModel,
-    RegularWave,
-    Scene,
-    Solver,
-    Stream,
     Symmetry,
-    WaveForces,
-    WaveTrain,
     WindLaw,
     WindProfile,
 )
 
 random = Random(20)
-SOLVER = Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
+SOLVER = hs.Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
 PLANAR = ("surge", "sway", "yaw")
-LAUNCH = moving(surge=2.0, sway=0.5, yaw=0.05)  # turns about itself once and a half in 200 s
-TUMBLE = moving(surge=2.0, sway=0.5, heave=0.3, roll=0.01, pitch=0.005, yaw=0.05)
+LAUNCH = scenes.moving(surge=2.0, sway=0.5, yaw=0.05)  # turns about itself once and a half in 200 s
+TUMBLE = scenes.moving(surge=2.0, sway=0.5, heave=0.3, roll=0.01, pitch=0.005, yaw=0.05)
 
 
-def barge(**changes: Any) -> Scene:
+def barge(**changes: Any) -> hs.Scene:
     """The free H-851 in calm water, stepped with all that it could leave out."""
-    base = with_body(scene_of("base"), **changes)
-    return replace(base, duration=200.0, environment=Environment(), forces={}, solver=SOLVER)
+    base = scenes.with_body(scenes.scene_of("base"), **changes)
+    return replace(base, duration=200.0, environment=hs.Environment(), forces={}, solver=SOLVER)
 
 
 def turn(yaw: float) -> np.ndarray:
@@ -80,13 +56,12 @@ def rotation(angles: np.ndarray) -> np.ndarray:
     return turn(angles[2])[:3, :3] @ np.array(about_y) @ np.array(about_x)
 
 
-def impulses(scene: Scene, run: xr.Dataset) -> np.ndarray:
-    """Of the body and the water that it moves: linear impulse in x and y, angular impulse about the
-    earth's z axis, (nt, 3)."""
+def impulses(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
+    """Of body and water: impulse in x and y, and about the earth's z axis, (nt, 3)."""
     model = compile_scene(scene).model
     mass, inertia = model.bodies.each[0]["mass"], model.bodies.each[0]["inertia"]
     found = []
-    for q, v in zip(motion(run), run.velocity.values[:, 0], strict=True):
+    for q, v in zip(scenes.motion(run), run.velocity.values[:, 0], strict=True):
         P, R = turn(q[5]), rotation(q[3:])
         water = P @ model.added_mass @ P.T @ v
         linear = mass * v[:3] + water[:3]
@@ -96,16 +71,13 @@ def impulses(scene: Scene, run: xr.Dataset) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("dofs", "launch"), [(PLANAR, LAUNCH), (DOFS, TUMBLE)])
-def test_a_spinning_drifting_body_keeps_impulse_and_energy(
-    dofs: tuple[str, ...], launch: tuple[float, ...]
-) -> None:
-    """Without memory nothing is lost, whatever way the body turns; rk4 at 0.05 s leaves 1e-11, in
-    heave, roll and pitch, which are faster, 1e-9 of the energy."""
+def test_a_spinning_drifting_body_keeps_impulse_and_energy(dofs, launch):
+    """Without memory nothing is lost; rk4 at 0.05 s leaves 1e-11, of the energy 1e-9."""
     scene = barge(dofs=dofs, velocity=launch, radiation=RadiationModel.NONE)
     scene = replace(scene, solver=replace(SOLVER, step=0.05))
     run = hs.simulate(scene)
     kept = impulses(scene, run)
-    assert np.ptp(motion(run)[:, 5]) > 2.0 * pi
+    assert np.ptp(scenes.motion(run)[:, 5]) > 2.0 * pi
     assert_allclose(kept, np.broadcast_to(kept[0], kept.shape), rtol=0, atol=1e-10 * kept.max())
     assert run.energy_residual_relative < (1e-10 if dofs == PLANAR else 1e-8)
 
@@ -113,8 +85,7 @@ def test_a_spinning_drifting_body_keeps_impulse_and_energy(
 @pytest.mark.parametrize("radiation", ["state_space", "convolution"])
 @pytest.mark.parametrize("dofs", [PLANAR, DOFS])
 def test_with_memory_it_never_gains_energy(radiation: str, dofs: tuple[str, ...]) -> None:
-    """What radiation took since the start is never negative: the memory is passive in axes that
-    turn as in axes that do not."""
+    """What radiation took is never negative: memory is passive in axes that turn, too."""
     scene = barge(dofs=dofs, velocity=TUMBLE, radiation=RadiationModel(radiation))
     scene = replace(scene, bodies=(replace(scene.bodies[0], dofs=dofs),))
     run = hs.simulate(scene)
@@ -127,46 +98,35 @@ def test_with_memory_it_never_gains_energy(radiation: str, dofs: tuple[str, ...]
 @pytest.mark.parametrize("radiation", ["state_space", "convolution"])
 def test_a_roll_decay_does_not_know_the_heading(radiation: str) -> None:
     """At any yaw the same roll, to rounding."""
-    runs = [
-        hs.simulate(
-            replace(
-                barge(
-                    position=moving(roll=radians(2.0), yaw=radians(yaw)),
-                    radiation=RadiationModel(radiation),
-                ),
-                duration=60.0,
-            )
-        )
-        for yaw in (0.0, 1.0, 2.0, 5.0, 10.0, 45.0, 90.0)
-    ]
-    roll = [motion(run)[:, 3] for run in runs]
+    runs = []
+    for yaw in (0.0, 1.0, 2.0, 5.0, 10.0, 45.0, 90.0):
+        start = scenes.moving(roll=radians(2.0), yaw=radians(yaw))
+        body = barge(position=start, radiation=RadiationModel(radiation))
+        runs.append(hs.simulate(replace(body, duration=60.0)))
+    roll = [scenes.motion(run)[:, 3] for run in runs]
     for other in roll[1:]:
         assert_allclose(other, roll[0], rtol=0, atol=1e-12)
 
 
 def test_a_current_carries_the_water_along() -> None:
-    """Seen from the water, a body that spins in a current is one that spins in still water: the
-    same motions but for U t. (With memory it would matter how it came there.)"""
+    """In a current, without memory, a spinning body moves as in still water but for U t."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
-    changes = {"radiation": RadiationModel.NONE, "position": moving(yaw=0.4)}
+    changes = {"radiation": RadiationModel.NONE, "position": scenes.moving(yaw=0.4)}
     still = hs.simulate(barge(velocity=TUMBLE, **changes))
     scene = barge(velocity=tuple(TUMBLE + U), **changes)
-    carried = hs.simulate(replace(scene, environment=Environment(current=stream_of(U))))
+    carried = hs.simulate(replace(scene, environment=hs.Environment(current=scenes.stream_of(U))))
     drift = U * carried.time.values[:, None]
-    assert_allclose(motion(carried) - drift, motion(still), rtol=0, atol=1e-9)
+    assert_allclose(scenes.motion(carried) - drift, scenes.motion(still), rtol=0, atol=1e-9)
     assert carried.energy_residual_relative < 1e-6
 
 
 @pytest.mark.parametrize("radiation", ["state_space", "convolution"])
-def test_munks_moment_and_no_memory_of_a_steady_stream(
-    radiation: str, validated: Callable[..., None]
-) -> None:
-    """On a body held in a stream: u w (A_sway - A_surge) on yaw, and nothing else begins to act
-    that has not been there before the start."""
+def test_munks_moment_and_no_memory_of_a_steady_stream(radiation, validated):
+    """u w (A_sway - A_surge) on yaw, and nothing else begins to act after the start."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
-    place = moving(yaw=0.4)
+    place = scenes.moving(yaw=0.4)
     scene = barge(position=place, radiation=RadiationModel(radiation), dofs=("yaw",))
-    scene = replace(scene, environment=Environment(current=stream_of(U)), duration=1.0)
+    scene = replace(scene, environment=hs.Environment(current=scenes.stream_of(U)), duration=1.0)
     scene = replace(scene, output_step=0.1)  # soon, before a memory of the spin is felt
     run, model = hs.simulate(scene), compile_scene(scene).model
     along, aside = (about_z(0.4).T @ -U[:3])[:2]
@@ -182,58 +142,6 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(
     validated(Kind.CLOSED_FORM, claim, "Munk's moment", error, 1e-3, *features)
 
 
-def stream_of(velocity: np.ndarray) -> Stream:
-    """The stream of this velocity."""
-    return Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
-
-
-def turned_scene(scene: Scene, by: float) -> Scene:
-    """The whole scene turned about the vertical through the earth's origin: bodies, waves, streams,
-    moorings, planes and anchors."""
-    P, R = turn(by), turn(by)[:3, :3]
-
-    def body(b: Body) -> Body:
-        q = np.array(b.position)
-        return replace(
-            b,
-            location=tuple((R @ [*b.location, 0.0])[:2]),
-            heading=b.heading + by,
-            position=(*(R @ q[:3]), *q[3:]),
-            velocity=tuple(P @ b.velocity),
-        )
-
-    def force(e: ForceElement) -> ForceElement:
-        if isinstance(e, LinearMooring):  # angles are the body's own
-            T = np.eye(6)
-            T[:3, :3] = R
-            damping = None if e.damping is None else T @ e.damping @ T.T
-            return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
-        if isinstance(e, Fender) and e.plane.body is None:
-            plane = replace(
-                e.plane, point=tuple(R @ e.plane.point), normal=tuple(R @ e.plane.normal)
-            )
-            return replace(e, plane=plane)
-        if isinstance(e, Spring) and e.anchor_body is None:
-            return replace(e, anchor=tuple(R @ e.anchor))
-        return e
-
-    def stream(s: Stream) -> Stream:
-        return replace(s, heading=s.heading + by)
-
-    water = scene.environment
-    return replace(
-        scene,
-        bodies=tuple(body(b) for b in scene.bodies),
-        forces={name: force(e) for name, e in scene.forces.items()},
-        environment=replace(
-            water,
-            waves=tuple(replace(w, heading=w.heading + by) for w in water.waves),
-            current=stream(water.current),
-            wind=stream(water.wind),
-        ),
-    )
-
-
 def turned_back(run: xr.Dataset, by: float) -> np.ndarray:
     """Positions (nt, nb, 6) of a run of the turned scene in the axes before."""
     q = run.position.values.copy()
@@ -241,9 +149,9 @@ def turned_back(run: xr.Dataset, by: float) -> np.ndarray:
     return q
 
 
-def assert_turns(scene: Scene, by: float, within: float) -> None:
+def assert_turns(scene: hs.Scene, by: float, within: float) -> None:
     """Motions of the turned scene are the turned motions, to ``within`` of each one's range."""
-    before, after = hs.simulate(scene), hs.simulate(turned_scene(scene, by))
+    before, after = hs.simulate(scene), hs.simulate(scenes.turned_scene(scene, by))
     assert before.status == after.status == "complete"
     q, found = before.position.values, turned_back(after, by)
     size = np.ptp(q, axis=0).reshape(-1, 2, 3).max(axis=2).repeat(3, axis=1).reshape(q.shape[1:])
@@ -254,7 +162,9 @@ def assert_turns(scene: Scene, by: float, within: float) -> None:
 @pytest.mark.parametrize("by", few([17.0, 90.0, 123.0], 1))
 def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
     """Waves of both orders, mooring, lift and contact with friction; 40 s with the lift at once."""
-    scene = in_waves(in_contact(40.0), WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
+    scene = scenes.in_waves(
+        scenes.in_contact(40.0), hs.WaveTrain(scenes.SEA, heading=radians(30.0), ramp=20.0)
+    )
     mooring = scene.forces["mooring"]
     damping = np.diag([3e5, 3e5, 0.0, 0.0, 0.0, 1e9])
     moored = replace(mooring, stiffness=mooring.stiffness, damping=damping, damping_ratio=None)
@@ -264,24 +174,25 @@ def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
 
 @pytest.mark.parametrize("by", few([random.uniform(0.0, 360.0) for _ in range(6)], 2))
 def test_ratios_of_critical_damping_and_natural_periods_turn(by: float) -> None:
-    """Moorings and dampers whose ratios differ along surge and sway, a mooring of natural periods,
-    on a hull whose added mass differs along them."""
-    scene = in_waves(in_contact(40.0), WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
+    """Ratios and periods that differ along surge and sway, where added mass differs too."""
+    scene = scenes.in_waves(
+        scenes.in_contact(40.0), hs.WaveTrain(scenes.SEA, heading=radians(30.0), ramp=20.0)
+    )
     stiffness = np.diag([4e5, 2e5, 0.0, 0.0, 0.0, 1e9])
     stiffness[0, 1] = stiffness[1, 0] = 1e5
+    lines, periods, viscous = (
+        np.array(scenes.moving(**ratios))
+        for ratios in (
+            {"surge": 0.2, "sway": 0.4, "yaw": 0.1},
+            {"surge": 0.1, "sway": 0.3},
+            {"surge": 0.3, "sway": 0.1, "roll": 0.05},
+        )
+    )
+    natural = {"natural_period": np.array(scenes.moving(surge=80.0, sway=120.0))}
     forces = {
-        "lines": LinearMooring(
-            "barge", stiffness, damping_ratio=np.array(moving(surge=0.2, sway=0.4, yaw=0.1))
-        ),
-        "periods": LinearMooring(
-            "barge",
-            np.zeros((6, 6)),
-            damping_ratio=np.array(moving(surge=0.1, sway=0.3)),
-            natural_period=np.array(moving(surge=80.0, sway=120.0)),
-        ),
-        "viscous": LinearDamping(
-            "barge", damping_ratio=np.array(moving(surge=0.3, sway=0.1, roll=0.05))
-        ),
+        "lines": hs.LinearMooring("barge", stiffness, damping_ratio=lines),
+        "periods": hs.LinearMooring("barge", np.zeros((6, 6)), damping_ratio=periods, **natural),
+        "viscous": hs.LinearDamping("barge", damping_ratio=viscous),
     }
     rest = {name: e for name, e in scene.forces.items() if name not in ("mooring", "interface")}
     assert_turns(replace(scene, forces={**rest, **forces}), radians(by), 1e-9)
@@ -295,51 +206,47 @@ def test_coupled_bodies_in_a_stream_turn(by: float) -> None:
     assert_turns(alongside(), radians(by), 1e-9)
 
 
-def alongside() -> Scene:
+def alongside() -> hs.Scene:
     """The two barges of the shipped database, apart in heading as they spin."""
     base = barge().bodies[0]
-    base = replace(
-        base,
-        hydrodynamics=barges(),
-        mass=1.23e6,
-        inertia=np.diag(1.23e6 * np.square([3.5, 10.4, 10.4])),
-        radiation=ConvolutionRadiation(length=30.0),
-        wave_forces=WaveForces(),
-        velocity=moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01),
-    )
+    mass, inertia = 1.23e6, np.diag(1.23e6 * np.square([3.5, 10.4, 10.4]))
+    launch = scenes.moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01)
+    base = replace(base, hydrodynamics=barges(), mass=mass, inertia=inertia, velocity=launch)
+    memory = ConvolutionRadiation(length=30.0)
+    base = replace(base, radiation=memory, wave_forces=hs.WaveForces())
     port, starboard = (
         replace(base, name=name, database_body=k, centre_of_gravity=(0.0, y, 0.0), draught=T)
         for name, k, y, T in (("port", 1, 7.0, 3.0), ("starboard", 2, -7.0, 6.0))
     )
-    still = replace(starboard, velocity=moving(surge=-0.2, yaw=-0.01))
-    ends = {"extension": np.array([0.0, 1.0, 3.0]), "tension": np.array([0.0, 5e4, 4e5])}
+    still = replace(starboard, velocity=scenes.moving(surge=-0.2, yaw=-0.01))
+    rope = hs.TensionCurve((0.0, 1.0, 3.0), (0.0, 5e4, 4e5))
     loads = {"headings": np.radians([0.0, 90.0, 180.0, 270.0]), "yaw": np.zeros(4)}
     drag = {"surge": np.array([2e3, 0, -2e3, 0]), "sway": np.array([0, 9e3, 0, -9e3]), **loads}
-    friction = StickSlip(0.3, 0.2, 2e6, 1e5, 1e4)
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e6]), 1e4)
+    friction = hs.StickSlip(0.3, 0.2, 2e6, 1e5, 1e4)
+    curve = scenes.straight_curve(2e6, 1e4)
     points = np.array([[15.0, -5.0, 1.0], [-15.0, -5.0, 1.0]])
-    return Scene(
+    return hs.Scene(
         title="two barges that spin",
         duration=30.0,
         bodies=(port, still),
         forces={
-            "bow": Spring("port", (20.0, 0.0, 1.0), (60.0, 9.0, 1.0), 39.5, **ends),
-            "breast": Spring(
-                "port", (0.0, -5.0, 1.0), (0.0, 5.0, 1.0), 3.8, anchor_body="starboard", **ends
+            "bow": hs.Spring("port", (20.0, 0.0, 1.0), (60.0, 9.0, 1.0), 39.5, curve=rope),
+            "breast": hs.Spring(
+                "port", (0.0, -5.0, 1.0), (0.0, 5.0, 1.0), 3.8, anchor_body="starboard", curve=rope
             ),
-            "side": Fender(
-                "port", points, Plane((0.0, 5.0, 0.0), (0, 1, 0), "starboard"), curve, friction
+            "side": hs.Fender(
+                "port", points, hs.Plane((0.0, 5.0, 0.0), (0, 1, 0), "starboard"), curve, friction
             ),
-            "stream": CurrentLoad("starboard", point=(2.0, 0.0, -1.0), **drag),
-            "wind": WindLoad("port", point=(1.0, 0.0, 6.0), **drag),
+            "stream": hs.CurrentLoad("starboard", point=(2.0, 0.0, -1.0), **drag),
+            "wind": hs.WindLoad("port", point=(1.0, 0.0, 6.0), **drag),
         },
-        environment=Environment(
-            waves=(WaveTrain(RegularWave(0.4, 6.0), heading=0.5),),
-            current=Stream(0.8, 1.1),
-            wind=Stream(9.0, -2.0),
+        environment=hs.Environment(
+            waves=(hs.WaveTrain(hs.RegularWave(0.4, 6.0), heading=0.5),),
+            current=hs.Stream(0.8, 1.1),
+            wind=hs.Stream(9.0, -2.0),
             current_profile=CurrentProfile((0.0, 3.0, 9.0), (1.0, 0.7, 0.2), (0.0, 0.4, 1.0)),
             wind_profile=WindProfile(WindLaw.NPD),
-            gusts=Gusts(repeat_period=60.0),
+            gusts=hs.Gusts(repeat_period=60.0),
         ),
         solver=replace(SOLVER, step=0.05),
     )
@@ -350,4 +257,4 @@ def barges() -> HydroDatabase:
     """The shipped database of two; what it is warned of does not matter here."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return load(ROOT / "hydro_db" / "two_barges.nc")
+        return load(scenes.ROOT / "hydro_db" / "two_barges.nc")

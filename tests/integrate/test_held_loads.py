@@ -4,8 +4,6 @@ A motion shows nothing of such a load, so that adaptive steps could grow over it
 steps could meet a sine at its zeros alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -15,61 +13,23 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from scenes import FLOOR, block, scene, steady, surge
+from scenes import block, central_force, foot, mooring, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.compile import clock
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    PrescribedNormal,
-    Recorded,
-    Spring,
-    Table,
-    constant,
-)
-from hydrosim.scene import (
-    Active,
-    Joint,
-    JointFriction,
-    JointResistance,
-    JointType,
-    Method,
-    Scene,
-    When,
-)
+from hydrosim.elements import Harmonic, Recorded, Table, constant
+from hydrosim.scene import JointFriction, JointResistance, JointType, Method
 
-Figure = Callable[[str, float], None]
 Function = Callable[[float], float]
 
 MASS, HEAVY = 1e4, 1e6  # kg
 STATIC, KINETIC = 5e5, 3e5  # N
 PERIODS = (
-    1.0,
-    2.0,
-    3.0,
-    5.0,
-    7.3,
-    0.7,
-    0.9,
-    1.1,
-    1.25,
-    1.6,
-    2.4,
-    2.5,
-    3.3,
-    4.0,
-    6.0,
-    8.0,
-    9.7,
-    10.0,
+    *(1.0, 2.0, 3.0, 5.0, 7.3, 0.7, 0.9, 1.1, 1.25),
+    *(1.6, 2.4, 2.5, 3.3, 4.0, 6.0, 8.0, 9.7, 10.0),
 )
 OUTPUT_STEPS = (0.1, 1.0, 5.0)
 EXCESS = (1.0001, 1.002, 1.05)
@@ -83,11 +43,11 @@ def duration_of(period: float, output_step: float) -> float:
     return output_step * np.ceil(max(CYCLES * period, 10.0) / output_step)
 
 
-def slider(force: Harmonic, duration: float, output_step: float, **solver: Any) -> Scene:
+def slider(force: Harmonic, duration: float, output_step: float, **solver: Any) -> hs.Scene:
     """A block on a slider with dry friction, and a force along it."""
     resistance = JointResistance(friction=JointFriction(STATIC, KINETIC))
-    joint = Joint(JointType.SLIDER, "block", axis=(1.0, 0.0, 0.0), resistances=(resistance,))
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
+    joint = hs.Joint(JointType.SLIDER, "block", axis=(1.0, 0.0, 0.0), resistances=(resistance,))
+    push = central_force(surge=force)
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"slider": joint})
 
@@ -139,9 +99,7 @@ def sliding_error(run: xr.Dataset, period: float, excess: float) -> float:
 @pytest.mark.parametrize("output_step", OUTPUT_STEPS)
 @pytest.mark.parametrize("excess", EXCESS)
 @pytest.mark.parametrize("period", few(PERIODS, 5))
-def test_dry_friction_of_a_joint_gives_way_at_every_peak(
-    period: float, excess: float, output_step: float, figure: Figure
-) -> None:
+def test_dry_friction_of_a_joint_gives_way_at_every_peak(period, excess, output_step, figure):
     duration = duration_of(period, output_step)
     run = hs.simulate(slider(Harmonic(excess * STATIC, period), duration, output_step, **ACCURATE))
     error = sliding_error(run, period, excess)
@@ -152,11 +110,8 @@ def test_dry_friction_of_a_joint_gives_way_at_every_peak(
 @pytest.mark.parametrize("output_step", OUTPUT_STEPS)
 @pytest.mark.parametrize("excess", [1.002, 1.005, 1.05])
 @pytest.mark.parametrize("period", [1.0, 3.0, 7.3])
-def test_a_fixed_step_meets_every_peak(
-    period: float, excess: float, output_step: float, figure: Figure
-) -> None:
-    """Also where it records each step, and where a peak is shorter than a step. Between events its
-    error is that of rk4."""
+def test_a_fixed_step_meets_every_peak(period, excess, output_step, figure):
+    """Also where it records each step, and where a peak is shorter; the error is rk4's."""
     settings = {"method": Method.RK4, "step": 0.1}
     force = Harmonic(excess * STATIC, period)
     run = hs.simulate(slider(force, duration_of(period, output_step), output_step, **settings))
@@ -165,10 +120,10 @@ def test_a_fixed_step_meets_every_peak(
     assert error <= (2.0 * np.pi * 0.1 / period) ** 4 / 150.0
 
 
-def breaking(force: Harmonic, duration: float, output_step: float, **solver: Any) -> Scene:
+def breaking(force: Harmonic, duration: float, output_step: float, **solver: Any) -> hs.Scene:
     """A block on a fixed joint that breaks, and a force on it."""
-    joint = Joint(JointType.FIXED, "block", breaks_at=STATIC)
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
+    joint = hs.Joint(JointType.FIXED, "block", breaks_at=STATIC)
+    push = central_force(surge=force)
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"bolt": joint})
 
@@ -187,14 +142,11 @@ def flown(excess: float, period: float, times: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("output_step", OUTPUT_STEPS)
 @pytest.mark.parametrize("excess", EXCESS)
 @pytest.mark.parametrize("period", few(PERIODS, 5))
-def test_a_joint_breaks_at_its_first_peak(
-    period: float, excess: float, output_step: float, figure: Figure
-) -> None:
+def test_a_joint_breaks_at_its_first_peak(period, excess, output_step, figure):
     half = 0.5 * excess * STATIC
     duration = duration_of(period, output_step)
-    run = hs.simulate(
-        breaking(Harmonic(half, period, mean=half), duration, output_step, **ACCURATE)
-    )
+    pull = Harmonic(half, period, mean=half)
+    run = hs.simulate(breaking(pull, duration, output_step, **ACCURATE))
     exact = flown(excess, period, run.time.values)
     error = largest_error(surge(run), exact, np.ptp(exact))
     figure("error", error)
@@ -203,7 +155,7 @@ def test_a_joint_breaks_at_its_first_peak(
 
 
 @pytest.mark.parametrize("excess", EXCESS)
-def test_the_time_of_a_break_has_the_order_of_the_method(excess: float, figure: Figure) -> None:
+def test_the_time_of_a_break_has_the_order_of_the_method(excess: float, figure) -> None:
     half = 0.5 * excess * STATIC
     force = Harmonic(half, 2.0, mean=half)
     errors = []
@@ -229,14 +181,19 @@ def test_a_line_that_is_heaved_in_parts_at_its_first_peak(method: Method) -> Non
     stiffness, rest, limit, away = 1e6, 3.5e5, 5e5, -3.5e5
     size = 1.002 * (limit - rest)
     length = Recorded(TIMES, 10.0 - (rest + size * beat(TIMES)) / stiffness)
-    parts = Active(until=When(0.0, "spring_tension.wire", above=limit))
+    parts = hs.Active(until=hs.When(0.0, "spring_tension.wire", above=limit))
     curve = np.array([0.0, 1.0]), np.array([0.0, stiffness])
-    normal = PrescribedNormal(constant(1e6))
-    elements = {
-        "foot": Fender("block", np.zeros((1, 3)), FLOOR, normal, Coulomb(0.25, 0.1)),
-        "push": steady(surge=away),
-        "wire": Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), length, *curve, active=parts),
-    }
+    normal = hs.PrescribedNormal(constant(1e6))
+    wire = hs.Spring(
+        "block",
+        (0.0, 0.0, 0.0),
+        (10.0, 0.0, 0.0),
+        length,
+        curve=hs.TensionCurve(*curve),
+        active=parts,
+    )
+    pad = foot(normal, hs.Coulomb(0.25, 0.1))
+    elements = {"foot": pad, "push": steady(surge=away), "wire": wire}
     run = hs.simulate(scene(block(MASS, ["surge"]), elements, 25.0, 5.0, method=method, step=0.1))
     spline = CubicSpline(length.time, length.value)
     begins = spline.solve(10.0 - limit / stiffness, extrapolate=False)[0]
@@ -247,16 +204,12 @@ def test_a_line_that_is_heaved_in_parts_at_its_first_peak(method: Method) -> Non
 
 def pressed(
     normal: Harmonic | Recorded, push: Table, duration: float, output_step: float, **solver: Any
-) -> Scene:
+) -> hs.Scene:
     """A block on rigid friction under a normal force over time, pushed, on a soft mooring."""
-    law = Coulomb(0.3, 0.1)
-    elements = {
-        "foot": Fender("block", np.zeros((1, 3)), FLOOR, PrescribedNormal(normal), law),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
-        "mooring": LinearMooring(
-            "block", np.diag([1e5, 0, 0, 0, 0, 0]), np.diag([1e5, 0, 0, 0, 0, 0])
-        ),
-    }
+    law = hs.Coulomb(0.3, 0.1)
+    along = np.diag([1e5, 0, 0, 0, 0, 0])
+    held, pad = hs.LinearMooring("block", along, along), foot(hs.PrescribedNormal(normal), law)
+    elements = {"foot": pad, "push": central_force(surge=push), "mooring": held}
     return scene(block(HEAVY, ["surge"]), elements, duration, output_step, **solver)
 
 
@@ -310,9 +263,7 @@ def _slip(normal: Function, push: Function, start: float, x: float, end: float) 
 
 @pytest.mark.parametrize("output_step", [0.2, 1.0, 5.0])
 @pytest.mark.parametrize(("period", "phase"), [(0.4, -0.75 * np.pi), (1.0, 0.3), (5.0, 0.0)])
-def test_a_normal_force_that_dips_lets_go(
-    period: float, phase: float, output_step: float, figure: Figure
-) -> None:
+def test_a_normal_force_that_dips_lets_go(period, phase, output_step, figure):
     """The push grows to 2.5 % above what the least normal force holds."""
     normal = Harmonic(2e5, period, mean=1e6, phase=phase)
     push = Table(np.array([0.0, 2.0]), np.array([0.0, 1.025 * 0.3 * 8e5]))
@@ -328,7 +279,7 @@ def test_a_normal_force_that_dips_lets_go(
     assert error <= ACCURACY
 
 
-def test_a_recorded_normal_force_is_followed_as_its_sine(figure: Figure) -> None:
+def test_a_recorded_normal_force_is_followed_as_its_sine(figure) -> None:
     """Its values are 0.02 s apart, and steps between outputs would be 5 s long."""
     time = np.arange(0.0, 11.0, 0.02)
     sine = 1e6 + 2e5 * np.sin(2.0 * np.pi * time / 0.4 - 0.75 * np.pi)
@@ -346,13 +297,10 @@ def test_a_recorded_normal_force_is_followed_as_its_sine(figure: Figure) -> None
 def test_a_steep_friction_slope_that_creeps_saturates_at_every_peak(method: Method) -> None:
     """It creeps by less than the tolerance of velocities."""
     limit = 0.3e6
-    law = FrictionSlope(0.3, 1e10)
+    law = hs.FrictionSlope(0.3, 1e10)
     push = Recorded(TIMES, 1.002 * limit * beat(TIMES))
-    normal = PrescribedNormal(constant(1e6))
-    elements = {
-        "foot": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
-    }
+    normal = hs.PrescribedNormal(constant(1e6))
+    elements = {"foot": foot(normal, law), "push": central_force(surge=push)}
     run = hs.simulate(scene(block(MASS, ["surge"]), elements, 25.0, 5.0, method=method, step=0.1))
     spline = CubicSpline(push.time, push.value)
     above = [spline.solve(level, extrapolate=False).size for level in (limit, -limit)]
@@ -364,11 +312,10 @@ def test_a_steep_friction_slope_that_creeps_saturates_at_every_peak(method: Meth
 def test_where_nothing_holds_no_step_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     """The steps of a block that is free are those without a limit for what holds."""
     force = Harmonic(1e5, 0.5)
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
-    spring = LinearMooring("block", np.diag([1e5, 0, 0, 0, 0, 0]))
-    free = scene(
-        block(MASS, ["surge"]), {"push": push, "spring": spring}, 100.0, 5.0, method=Method.DOPRI5
-    )
+    push = central_force(surge=force)
+    spring = mooring(surge=1e5)
+    forces, body = {"push": push, "spring": spring}, block(MASS, ["surge"])
+    free = scene(body, forces, 100.0, 5.0, method=Method.DOPRI5)
     run = hs.simulate(free)
     monkeypatch.setattr(clock, "held_step", lambda compiled: np.inf)
     without = hs.simulate(free)

@@ -1,7 +1,5 @@
 """What methods answer about themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -21,9 +19,7 @@ def test_scene_and_tableau_agree_on_who_chooses_steps(name: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=str)
-def test_only_methods_that_choose_their_steps_or_are_stable_everywhere_have_no_limit(
-    method: IntegrationMethod,
-) -> None:
+def test_only_methods_that_choose_their_steps_or_are_stable_everywhere_have_no_limit(method):
     left = np.linspace(0.5 * np.pi, np.pi, 20)
     stable = bool(np.isinf(ray_limits(method, left)).all())
     assert method.any_step == (method.adapts or stable)

@@ -1,7 +1,5 @@
 """Orders of the methods on textbook problems, order conditions, and the error of the cubic."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -9,23 +7,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from hydrosim.integrate.methods import (
-    DOPRI5,
-    HEUN,
-    RK2,
-    RK4,
-    Tableau,
-    advance_state,
-    hermite,
-    stage_state,
-)
+from hydrosim.integrate import methods
 from hydrosim.report.evidence import Feature, Kind
 
 # what dopri5's error is estimated with, a method of its own
-PAIR = DOPRI5.tableau
+PAIR = methods.DOPRI5.tableau
 EMBEDDED = PAIR._replace(b=PAIR.b - PAIR.error, order=4)
 METHODS = {
-    **{method.name: method.tableau for method in (RK2, HEUN, RK4, DOPRI5)},
+    **{
+        method.name: method.tableau
+        for method in (methods.RK2, methods.HEUN, methods.RK4, methods.DOPRI5)
+    },
     "dopri5, embedded": EMBEDDED,
 }
 Slope = Callable[[float, np.ndarray], np.ndarray]
@@ -45,7 +37,7 @@ START = np.array([0.7, 0.2])
 END = 2.0
 
 
-def integrate(method: Tableau, f: Slope, steps: int) -> np.ndarray:
+def integrate(method: methods.Tableau, f: Slope, steps: int) -> np.ndarray:
     """y(END) by equal steps, with the package's stages and this loop."""
     h, y, end, stage = END / steps, START.copy(), np.zeros(2), np.zeros(2)
     k = np.zeros((method.b.size, 2))
@@ -53,18 +45,16 @@ def integrate(method: Tableau, f: Slope, steps: int) -> np.ndarray:
         t = n * h
         k[0] = f(t, y)
         for i in range(1, method.c.size):
-            stage_state(i, method, h, y, k, stage)
+            methods.stage_state(i, method, h, y, k, stage)
             k[i] = f(t + method.c[i] * h, stage)
-        advance_state(method, h, y, k, end)
+        methods.advance_state(method, h, y, k, end)
         y[:] = end
     return y
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("name", METHODS)
-def test_order_on_textbook_problems(
-    name: str, problem: str, validated: Callable[..., None]
-) -> None:
+def test_order_on_textbook_problems(name, problem, validated):
     """From three steps: an error C h^p (1 + c h + ...) is seen with order p + c h / (2 ln 2), half
     as far from p at half the step, so that twice the finer order less the coarser is h^2 from p.
     dopri5, whose C is small, has c up to 2; its finest error, 3e-12, is far above rounding."""
@@ -76,9 +66,8 @@ def test_order_on_textbook_problems(
     validated(Kind.CLOSED_FORM, claim, "order of the tableau", error, 0.1, Feature.STEPS)
 
 
-def conditions(m: Tableau) -> list[tuple[int, float, float]]:
-    """Order, sum and its wanted value for all trees up to five nodes (Hairer, Norsett & Wanner
-    1993, table II.2.1)."""
+def conditions(m: methods.Tableau) -> list[tuple[int, float, float]]:
+    """Order, sum, wanted value: all trees to five nodes (Hairer et al. 1993, table II.2.1)."""
     A, b, c = m.a, m.b, m.c
     return [
         (1, b.sum(), 1),
@@ -101,13 +90,10 @@ def conditions(m: Tableau) -> list[tuple[int, float, float]]:
     ]
 
 
-def order_fulfilled(method: Tableau) -> int:
+def order_fulfilled(method: methods.Tableau) -> int:
     """The largest order, up to five, whose conditions and those of all lower orders hold."""
-    broken = [
-        order
-        for order, found, wanted in conditions(method)
-        if not np.isclose(found, wanted, rtol=1e-14)
-    ]
+    orders = conditions(method)
+    broken = [p for p, found, wanted in orders if not np.isclose(found, wanted, rtol=1e-14)]
     return min(broken, default=6) - 1
 
 
@@ -128,7 +114,7 @@ def cubic(f: Callable[[float], float], slope: Callable[[float], float], h: float
     ends = [np.array([g(t)]) for t in (0.0, h) for g in (f, slope)]
     out, values = np.zeros(1), []
     for theta in np.linspace(0.0, 1.0, 101):
-        hermite(theta, h, *ends, out)
+        methods.hermite(theta, h, *ends, out)
         values.append(out[0])
     return np.array(values)
 
@@ -149,19 +135,15 @@ def test_error_of_the_cubic() -> None:
     assert error[50] == pytest.approx(24 * h**4 / 384, rel=1e-12)
     for h in (0.4, 0.2, 0.1):
         t = h * np.linspace(0.0, 1.0, 101)
-        error = np.abs(
-            np.sin(2 * t) - cubic(lambda t: np.sin(2 * t), lambda t: 2 * np.cos(2 * t), h)
-        )
+        ends = cubic(lambda t: np.sin(2 * t), lambda t: 2 * np.cos(2 * t), h)
+        error = np.abs(np.sin(2 * t) - ends)
         assert error.max() <= (2 * h) ** 4 / 384 * np.sin(2 * h)
 
 
 def test_the_cubic_leaves_alone_what_is_constant() -> None:
     """To the last bit, as what is made for the times of a state is made again if that changes."""
-    y, still, out = (
-        np.random.default_rng(3).normal(scale=1e3, size=1000),
-        np.zeros(1000),
-        np.ones(1000),
-    )
+    y = np.random.default_rng(3).normal(scale=1e3, size=1000)
+    still, out = np.zeros(1000), np.ones(1000)
     for theta in np.linspace(0.0, 1.0, 17):
-        hermite(theta, 0.1, y, still, y, still, out)
+        methods.hermite(theta, 0.1, y, still, y, still, out)
         assert np.array_equal(out, y)

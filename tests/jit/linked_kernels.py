@@ -1,7 +1,5 @@
 """Kernels that call each other, for `test_linking`: they are cached, so they stand in a file."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """An edit gives new names to the stored kernels whose machine code it changes, and to no others."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Callable
@@ -146,21 +144,14 @@ def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Stored:
 
 
 def stored_names() -> dict[str, str]:
-    sizes, parts, roots, decay = (
-        importlib.import_module(f"{NAME}.{name}") for name in ("sizes", "parts", "roots", "decay")
-    )
+    names = ("sizes", "parts", "roots", "decay")
+    sizes, parts, roots, decay = (importlib.import_module(f"{NAME}.{name}") for name in names)
     segments, values = np.zeros(2, sizes.SEGMENT).view(np.recarray), np.zeros(2)
     scale = sizes.Scale(1.0, 0.0)
-    calls = {
-        parts.inner.dispatcher: (1.0,),
-        parts.outer.dispatcher: (1.0, scale),
-        parts.odd.dispatcher: (1,),
-        parts.even.dispatcher: (1,),
-        roots.total: (segments, scale),
-        roots.fill: (segments, scale, values),
-        roots.span: (values,),
-        decay.halve: (values,),
-    }
+    calls = {parts.inner: (1.0,), parts.outer: (1.0, scale), parts.odd: (1,), parts.even: (1,)}
+    calls = {kernel.dispatcher: args for kernel, args in calls.items()}
+    calls |= {roots.total: (segments, scale), roots.fill: (segments, scale, values)}
+    calls |= {roots.span: (values,), decay.halve: (values,)}
     return {
         kernel.py_func.__name__: kernel._cache._name(
             tuple(typeof(struct_reference(a)) for a in args), MACHINE
@@ -170,9 +161,7 @@ def stored_names() -> dict[str, str]:
 
 
 @pytest.mark.parametrize(("file", "old", "new", "changed"), EDITS)
-def test_an_edit_changes_the_names_of_the_kernels_that_hold_it(
-    stored: Stored, file: str, old: str, new: str, changed: set[str]
-) -> None:
+def test_an_edit_changes_the_names_of_the_kernels_that_hold_it(stored, file, old, new, changed):
     before, after = stored(), stored(file, old, new)
     assert {name for name in before if before[name] != after[name]} == changed
 
@@ -253,9 +242,7 @@ def test_a_string_that_is_also_the_docstring_counts() -> None:
 @pytest.mark.parametrize(
     "value", [Plain, Plain(), {1: Plain()}, intrinsic(lambda context, x: None)]
 )
-def test_all_sources_count_for_a_value_of_another_kind(
-    value: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_sources_count_for_a_value_of_another_kind(value, monkeypatch):
     before = digest_of_kernel(reads(value))
     monkeypatch.setattr(kernels, "sources_digest", lambda: "edited")
     assert digest_of_kernel(reads(value)) != before
@@ -274,9 +261,8 @@ for one in gc.get_objects():
 
 def test_digests_are_the_same_in_every_process() -> None:
     """Also where strings in sets come in another order."""
-    first, second = (
-        printed(EVERY_ROOT, PYTHONPATH=str(ROOT), PYTHONHASHSEED=seed).splitlines() for seed in "12"
-    )
+    outputs = [printed(EVERY_ROOT, PYTHONPATH=str(ROOT), PYTHONHASHSEED=seed) for seed in "12"]
+    first, second = (output.splitlines() for output in outputs)
     assert sorted(first) == sorted(second)
     assert len(first) > 50
 
@@ -307,9 +293,7 @@ for module in sys.argv[2:]:
 
 
 @pytest.mark.slow
-def test_an_edit_recompiles_few_kernels_of_the_base_case(
-    figure: Callable[[str, float], None],
-) -> None:
+def test_an_edit_recompiles_few_kernels_of_the_base_case(figure):
     """Every function of a folder or file is edited at once."""
     unused = ("elements.roll_decay", "elements.viscous_roll", "tanks")
     folders = (*unused, "water.loads", "elements.linear_mooring", "integrate")

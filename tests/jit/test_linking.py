@@ -1,7 +1,5 @@
 """Kernels are compiled once: parts in their callers, wholes by name, also from the disk cache."""
 
-from __future__ import annotations
-
 import pickle
 import signal
 from collections.abc import Callable, Iterator
@@ -90,9 +88,7 @@ def test_a_whole_gives_what_it_says() -> None:
             wrong(3.0)
 
 
-def test_an_interrupt_while_others_wait_for_a_whole_tears_their_work(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_interrupt_while_others_wait_for_a_whole_tears_their_work(monkeypatch):
     values = np.zeros((2, 3))[:, 1:]  # arguments of types that are not compiled yet
 
     def interrupted(args: Any) -> None:
@@ -106,9 +102,7 @@ def test_an_interrupt_while_others_wait_for_a_whole_tears_their_work(
     assert linked_kernels.filled(values[:, 0], SCALE, True) == 2.0
 
 
-def test_the_clock_of_runs_stands_still_while_others_wait_for_a_whole(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_clock_of_runs_stands_still_while_others_wait_for_a_whole(monkeypatch):
     """The whole cannot be compiled at all, which takes a second."""
     values = np.zeros((2, 2, 3))[::-1, 0, 0]
     linked_kernels.filled(values, SCALE._replace(factor=-1.0), True)
@@ -148,9 +142,7 @@ def test_kernels_are_pickled_by_name() -> None:
         assert pickle.loads(pickle.dumps(one)) is one
 
 
-def test_any_edit_of_a_source_of_kernels_changes_the_digest_of_checkpoints(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_any_edit_of_a_source_of_kernels_changes_the_digest_of_checkpoints(tmp_path, monkeypatch):
     monkeypatch.setattr(kernels, "PACKAGE", tmp_path)
     source, other = tmp_path / "integrate" / "dynamics.py", tmp_path / "cli.py"
     source.parent.mkdir()
@@ -171,8 +163,7 @@ def digest_anew() -> str:
 
 @pytest.fixture
 def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
-    """LLVM's engine with a cache of its own, in which SIGTERM comes while LLVM hands code over, or
-    asks for it: once, if "code" is in this list."""
+    """LLVM's engine with its own cache; SIGTERM comes as it hands code over or asks for it."""
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     hooks = JITCodeLibrary._object_compiled_hook, JITCodeLibrary._object_getbuffer_hook
     set_hooks = linked_kernels.scaled.dispatcher.targetctx.codegen()._engine.set_object_cache
@@ -208,9 +199,50 @@ def doubled(x):
 
 
 def run(cache: Path, program: str = PROGRAM, first: Path | None = None) -> list[str]:
-    """What a program prints in a new process with this cache folder. Modules in the folder
-    ``first`` replace those here."""
+    """What a program prints in a new process with this cache; ``first`` replaces modules."""
     here = Path(__file__).parent
     folders = [*([first] if first else []), here.parents[1], here.parent, here]
     paths = {"PYTHONPATH": ":".join(map(str, folders)), "HYDROSIM_CACHE_DIR": str(cache)}
     return printed(program, **paths).splitlines()
+
+
+# Which roots a scene compiles.
+
+CASES = Path(__file__).parents[2] / "cases"
+PROGRAM_OF_NEEDS = """
+import gc, sys
+import hydrosim as hs
+from hydrosim.jit.linking import CompiledKernel
+hs.simulate(hs.load_case(*sys.argv[1:2], {"duration": 20.0}))
+for one in gc.get_objects():
+    if isinstance(one, CompiledKernel) and one.overloads:
+        print(one.py_func.__module__ + "." + one.py_func.__qualname__)
+"""
+WATER = {"hydrosim.elements.linear_mooring.add_energy", "hydrosim.water.loads.wave_loads"}
+EVERY_STAGE = {
+    "hydrosim.elements.linear_mooring.add_force",
+    "hydrosim.water.radiation.memory.radiation_states",
+    "hydrosim.multibody.mass.accelerate_freely",
+    "hydrosim.multibody.kinematics.acceleration_map",
+    "hydrosim.integrate.dynamics.add_constraints",
+    "hydrosim.integrate.dynamics.find_mass",
+}
+
+
+@pytest.mark.slow
+def test_a_dry_block_with_friction_needs_nothing_of_the_water() -> None:
+    dry, wet = roots("friction_block/exact"), roots("reverse_float_over/base")
+    assert wet >= WATER
+    assert not WATER & dry
+
+
+@pytest.mark.slow
+def test_what_every_stage_calls_is_no_root() -> None:
+    """The door of one costs some percent of a step."""
+    assert not EVERY_STAGE & roots("reverse_float_over/base")
+    assert not EVERY_STAGE & roots("friction_block/exact")
+
+
+def roots(case: str) -> set[str]:
+    """Those that a run of a case calls."""
+    return set(printed(PROGRAM_OF_NEEDS, str(CASES / f"{case}.yaml")).split())

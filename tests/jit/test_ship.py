@@ -1,11 +1,8 @@
 """Wheels with machine code: they compile no kernel, and results are those of kernels made here."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from runpy import run_path
 from shutil import copytree
@@ -18,7 +15,6 @@ import xarray as xr
 from hydrosim.jit.ship import ship
 from hydrosim.jit.shipped import FEATURES, MANIFEST, read_manifest, refusal_reason
 
-Figure = Callable[[str, float], None]
 ROOT = Path(__file__).parents[2]
 BASE, SPHERE, BLOCK = "reverse_float_over/base", "sphere/irregular", "friction_block/exact"
 DECAY = "reverse_float_over/decay"
@@ -53,9 +49,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 @pytest.mark.extras
 @pytest.mark.parametrize("case", [BASE, SPHERE, BLOCK, DECAY])
-def test_no_kernel_of_a_wheel_is_compiled(
-    installed: Path, case: str, tmp_path: Path, figure: Figure
-) -> None:
+def test_no_kernel_of_a_wheel_is_compiled(installed, case, tmp_path, figure):
     """Without contact, motions are those of kernels compiled for this processor."""
     shipped, compiles, _ = motions(installed, case, tmp_path)
     assert compiles == 0
@@ -69,9 +63,7 @@ def test_no_kernel_of_a_wheel_is_compiled(
 
 @pytest.mark.slow
 @pytest.mark.extras
-def test_a_damaged_kernel_of_a_wheel_is_compiled_with_a_warning(
-    installed: Path, tmp_path: Path
-) -> None:
+def test_a_damaged_kernel_of_a_wheel_is_compiled_with_a_warning(installed, tmp_path):
     damaged = copytree(installed, tmp_path / "damaged")
     (file,) = damaged.glob("hydrosim/jit/shipped/hydrosim.integrate.dynamics.rhs-*.nbc")
     content = bytearray(file.read_bytes())
@@ -100,9 +92,7 @@ def test_shipped_kernels_are_for_these_sources_and_a_processor_of_their_kind() -
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "[1]", '{"files": {}}', "\xff"])
-def test_a_damaged_manifest_ships_nothing_and_is_told(
-    content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_damaged_manifest_ships_nothing_and_is_told(content, tmp_path, monkeypatch):
     monkeypatch.setattr("hydrosim.jit.shipped.HOME", tmp_path)
     assert read_manifest() == {}
     (tmp_path / MANIFEST).write_text(content, encoding="latin-1")
@@ -110,9 +100,7 @@ def test_a_damaged_manifest_ships_nothing_and_is_told(
         assert read_manifest() == {}
 
 
-def test_a_folder_in_use_and_a_case_that_is_not_there_ship_nothing(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_in_use_and_a_case_that_is_not_there_ship_nothing(tmp_path, capfd):
     with pytest.raises(SystemExit, match="is not an empty folder"):
         ship(tmp_path.parent, [])
     with pytest.raises(SystemExit) as end:
@@ -122,9 +110,7 @@ def test_a_folder_in_use_and_a_case_that_is_not_there_ship_nothing(
     assert not (tmp_path / "kernels").exists()
 
 
-def test_a_wheel_is_not_built_with_a_folder_that_has_no_kernels(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wheel_is_not_built_with_a_folder_that_has_no_kernels(tmp_path, monkeypatch):
     pytest.importorskip("hatchling", reason="hatchling is not installed (pip install .[dev])")
     monkeypatch.setenv("HYDROSIM_SHIPPED", str(tmp_path))
     hook = run_path(str(ROOT / "hatch_build.py"))["Included"]
@@ -142,8 +128,7 @@ def test_a_wheel_is_not_built_with_a_folder_that_has_no_kernels(
 def motions(
     package: Path, case: str, folder: Path, cache: str | None = "new"
 ) -> tuple[xr.Dataset, int, str]:
-    """Those of a case that the package in this folder runs, how many kernels it compiled, and what
-    it warned of; with a ``cache`` in ``folder``, or that of the tests."""
+    """Motions of a case in this folder's package, kernels compiled, warnings; with a ``cache``."""
     place = {"PYTHONPATH": str(package)}
     if cache is not None:
         place["HYDROSIM_CACHE_DIR"] = str(folder / cache)
@@ -171,12 +156,7 @@ def command(
 ) -> subprocess.CompletedProcess[str]:
     """Run a module of Python, or a program after ``-c``."""
     module = [] if arguments[0] == "-c" else ["-m"]
-    done = subprocess.run(
-        [sys.executable, *module, *arguments],
-        env={**os.environ, **environment},
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-    )
+    words, env = [sys.executable, *module, *arguments], {**os.environ, **environment}
+    done = subprocess.run(words, env=env, cwd=cwd, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done

@@ -1,7 +1,5 @@
 """The ways of kernels, `HYDROSIM_JIT`: linked machine code, numba's own, and Python."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -58,9 +56,7 @@ def test_kernels_of_every_way_compute_the_same(way: str, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("plant", [UNKNOWN, CHANGED])
-def test_the_plain_way_takes_over_from_a_linking_that_does_not_know_numba(
-    plant: str, tmp_path: Path
-) -> None:
+def test_the_plain_way_takes_over_from_a_linking_that_does_not_know_numba(plant, tmp_path):
     done = run(plant + KERNELS, "linked", cache=tmp_path)
     assert done.stdout.split()[0] == "hydrosim.jit.plain"
     assert "hydrosim.jit.linking does not support numba" in done.stderr
@@ -72,9 +68,8 @@ def test_another_way_is_refused() -> None:
     environment = {**os.environ, "HYDROSIM_JIT": "fast"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert done.returncode == 2
-    assert "HYDROSIM_JIT: found fast; expected linked, plain, python." in " ".join(
-        done.stderr.split()
-    )
+    said = "HYDROSIM_JIT: found fast; expected linked, plain, python."
+    assert said in " ".join(done.stderr.split())
 
 
 def run(

@@ -1,26 +1,15 @@
 """Steps that are stable and not accurate: closed forms, and runs as wrong as it is said of them."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from reading import texts
-from scenes import SEA, block, in_waves, scene_of, steady, with_body
+from scenes import SEA, block, central_force, in_waves, scene_of, steady, straight_curve, with_body
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    Harmonic,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-)
+from hydrosim.elements import Harmonic
 from hydrosim.elements.contact.law import SLIP, STICK
 from hydrosim.integrate import methods
 from hydrosim.integrate.methods import ESDIRK4, HEUN, RK2, RK4
@@ -29,18 +18,7 @@ from hydrosim.linear.modes import natural_modes
 from hydrosim.linear.stability import Vibration, memory_response, vibration_errors
 from hydrosim.report.sentences.check import check_document
 from hydrosim.run.step_limits import MAX_MOTION_ERROR
-from hydrosim.scene import (
-    Body,
-    LinearScenes,
-    Method,
-    RadiationModel,
-    Scene,
-    Solver,
-    WaveForces,
-    WaveTrain,
-)
-
-Figure = Callable[[str, float], None]
+from hydrosim.scene import LinearScenes, Method, RadiationModel
 
 
 @pytest.mark.parametrize(
@@ -64,15 +42,15 @@ def test_what_damping_makes_a_mode_forget_does_not_count() -> None:
     assert vibration_errors(ESDIRK4, 10.0, 1e6, np.array([3.0j]))[0] == 2.0
 
 
-def ringing(method: Method, step: float, damping: float, push: float = 0.0) -> Scene:
+def ringing(method: Method, step: float, damping: float, push: float = 0.0) -> hs.Scene:
     """A mass on a spring, w = 3 rad/s, that swings freely or is pushed slowly."""
-    spring = LinearMooring("block", np.diag([9.0, 0, 0, 0, 0, 0]), damping * np.eye(6))
-    slow = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(push, 2 * np.pi / 0.3)})
+    spring = hs.LinearMooring("block", np.diag([9.0, 0, 0, 0, 0, 0]), damping * np.eye(6))
+    slow = central_force(surge=Harmonic(push, 2 * np.pi / 0.3))
     free = 0.0 if push else 1.0
     body = block(1.0, ["surge"], position=(free, 0, 0, 0, 0, 0))
-    solver = Solver(method=method, step=step, linear=LinearScenes.STEP)
+    solver = hs.Solver(method=method, step=step, linear=LinearScenes.STEP)
     forces = {"spring": spring, "push": slow}
-    return Scene("ringing", 60.0, (body,), forces=forces, solver=solver, output_step=0.25)
+    return hs.Scene("ringing", 60.0, (body,), forces=forces, solver=solver, output_step=0.25)
 
 
 def told(run: object) -> list[str]:
@@ -80,7 +58,7 @@ def told(run: object) -> list[str]:
     return [line for line in run.attrs.get("warnings", "").splitlines() if "resolve" in line]
 
 
-def apart(scene: Scene) -> float:
+def apart(scene: hs.Scene) -> float:
     """How far motions are from those at a quarter of the step, over the range of their body."""
     finer = replace(scene, solver=replace(scene.solver, step=scene.solver.step / 4.0))
     ours, theirs = (hs.simulate(each).position.values for each in (scene, finer))
@@ -96,9 +74,7 @@ def apart(scene: Scene) -> float:
     ("method", "step"), [(Method.RK2, 0.01), (Method.HEUN, 0.01), (Method.RK4, 0.125)]
 )
 @pytest.mark.parametrize("damping", [0.0, 0.1])
-def test_a_run_is_as_wrong_as_it_says(
-    method: Method, step: float, damping: float, figure: Figure
-) -> None:
+def test_a_run_is_as_wrong_as_it_says(method, step, damping, figure):
     """Free swings: the error said, against the true one over the range, twice the amplitude; a
     damped one is largest after 1 / |Re lambda|, as 1 / e of what is said. At the step that would
     do nothing is said, and it does."""
@@ -118,8 +94,7 @@ def test_a_run_is_as_wrong_as_it_says(
 
 
 def seen(decay: float, mode: int) -> tuple[float, float]:
-    """Amplitude, and how long it lasts [s], of a vibration of 5 rad/s that sticks, in 40 s of a run
-    in contact in this ``mode``, where it dies out at the rate ``decay`` [1/s]."""
+    """Amplitude and time [s] of a 5 rad/s vibration that dies out at ``decay`` in this ``mode``."""
     sticking = np.array([[STICK, 0, 0]])
     one = np.ones(1)
     vibration = Vibration("all contacts sticking", sticking, 5.0j, "surge", one, one + 0.0j)
@@ -143,41 +118,36 @@ def test_what_dies_out_is_as_wrong_as_its_amplitudes_add_up() -> None:
 def test_slow_forces_on_a_fast_mode_are_no_reason_to_warn() -> None:
     """The same spring pushed at a tenth of its frequency: 0.01 s is then enough for rk2."""
     scene = ringing(Method.RK2, 0.01, 0.0, push=1.0)
-    settled = replace(
-        scene, bodies=(replace(scene.bodies[0], velocity=(0.3 / 8.91, 0, 0, 0, 0, 0)),)
-    )
+    moved = replace(scene.bodies[0], velocity=(0.3 / 8.91, 0, 0, 0, 0, 0))
+    settled = replace(scene, bodies=(moved,))
     assert not told(hs.simulate(settled))
     assert apart(settled) < MAX_MOTION_ERROR
 
 
-def float_over(step: float) -> Scene:
-    """A topside of 20 000 t that stands on the barge in four legs of 4e8 N/m, put down without any
-    compression, in waves of 3 m: it bounces at 9 rad/s, and nothing damps that."""
+def float_over(step: float) -> hs.Scene:
+    """A topside of 20 000 t bounces on four legs at 9 rad/s in waves of 3 m, undamped."""
     base, mass = scene_of("free_floating"), 2e7
-    waves = WaveTrain(replace(SEA, significant_height=3.0), ramp=50.0)
-    barge = with_body(in_waves(base, waves), wave_forces=WaveForces(first_order=True))
+    waves = hs.WaveTrain(replace(SEA, significant_height=3.0), ramp=50.0)
+    barge = with_body(in_waves(base, waves), wave_forces=hs.WaveForces(first_order=True))
     inertia = mass * np.diag([225.0, 225.0, 324.0])
-    topside = Body("topside", mass, inertia, centre_of_gravity=(0.0, 0.0, 22.6))
+    topside = hs.Body("topside", mass, inertia, centre_of_gravity=(0.0, 0.0, 22.6))
     places = np.array([[x, y, -20.0] for x in (-20, 20) for y in (-20, 20)])
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e8]))
-    deck = Plane((0.0, 0.0, 7.5), (0.0, 0.0, 1.0), "barge")
+    curve = straight_curve(4e8)
+    deck = hs.Plane((0.0, 0.0, 7.5), (0.0, 0.0, 1.0), "barge")
     guide = 0.05 * mass * np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 300.0])
-    forces = {
-        **base.forces,
-        "weight": steady("topside", heave=-9.81 * mass),
-        "lift": steady("barge", heave=9.81 * mass),
-        "legs": Fender("topside", places, deck, curve, Frictionless()),
-        "guide": LinearMooring("topside", guide, damping=guide),
-    }
+    weight, lift = steady("topside", heave=-9.81 * mass), steady("barge", heave=9.81 * mass)
+    legs = hs.Fender("topside", places, deck, curve, hs.Frictionless())
+    guides = hs.LinearMooring("topside", guide, damping=guide)
+    forces = {**base.forces, "weight": weight, "lift": lift, "legs": legs, "guide": guides}
+
     bodies = (*barge.bodies, topside)
-    solver = Solver(step=step)
+    solver = hs.Solver(step=step)
     return replace(barge, duration=300.0, bodies=bodies, forces=forces, solver=solver)
 
 
 @pytest.mark.slow
-def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure: Figure) -> None:
-    """Far below the limit of stability, and 20 % off; at the step that is asked for, within 1e-3 of
-    a quarter of it, and nothing is said. The summary of `check` has both limits."""
+def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure) -> None:
+    """Far below the limit, 20 % off; nothing at the step asked for. `check` has both limits."""
     run, scene = hs.simulate(float_over(0.1)), float_over(0.1)
     (warning,) = told(run)
     assert "heave of topside at 9.14 rad/s" in warning
@@ -200,8 +170,7 @@ def test_many_runs_are_warned_too() -> None:
 
 
 def test_the_memory_of_a_convolution_damps_what_it_should() -> None:
-    """K^(i w) of the table is i w (A(w) - A_inf) + B(w), of the state-space model within 1e-3; so
-    the heave of the barge dies out where waves are convolved, too."""
+    """K^(i w) is i w (A(w) - A_inf) + B(w) within 1e-3; so heave dies out by convolution, too."""
     still = in_waves(scene_of("free_floating"))
     convolved, _ = hs.compile_scene(with_body(still, radiation=RadiationModel.CONVOLUTION))
     model, state = hs.compile_scene(with_body(still, radiation=RadiationModel.STATE_SPACE))

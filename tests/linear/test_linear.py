@@ -1,8 +1,5 @@
 """The linearised scene: natural periods, decay and responses of the H-851, and closed forms."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -17,14 +14,12 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements import LinearMooring
 from hydrosim.elements.contact.law import STICK
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import NaturalMode
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain
 
-Figure = Callable[[str, float], None]
 BANDS = {"surge": (129, 131), "heave": (10.5, 11.1), "roll": (11.8, 12.5), "pitch": (9.5, 10.2)}
 PERIODS = (6.0, 8.0, 10.0, 12.0, 16.0)  # s; all of them divide FITTED
 FITTED = 240.0  # s at the end of a run in a regular wave
@@ -50,7 +45,7 @@ class FrequencyDomain:
     def __init__(self) -> None:
         db, scene = hull(), scene_of("free_floating")
         (body,), mooring = scene.bodies, scene.forces["mooring"]
-        assert isinstance(mooring, LinearMooring)
+        assert isinstance(mooring, hs.LinearMooring)
         assert mooring.damping_ratio is not None
         self.mass = linalg.block_diag(body.mass * np.eye(3), body.inertia)
         self.stiffness = db.hydrostatic_stiffness + mooring.stiffness
@@ -95,19 +90,14 @@ class FrequencyDomain:
 
 
 @pytest.mark.parametrize("dof", BANDS)
-def test_natural_periods_of_the_barge(
-    dof: str, modes: dict[str, NaturalMode], figure: Figure
-) -> None:
+def test_natural_periods_of_the_barge(dof, modes, figure):
     low, high = BANDS[dof]
     figure(f"natural period {dof} [s]", modes[dof].natural_period)
     assert low <= modes[dof].natural_period <= high
 
 
-def test_natural_periods_make_inertia_balance_stiffness(
-    modes: dict[str, NaturalMode], validated: Callable[..., None]
-) -> None:
-    """Against the roots of the undamped equation of motion; the state space is within 1e-3 of the
-    database's A(w) - A_inf, and A_inf within about as much of its own. Yaw has no stiffness."""
+def test_natural_periods_make_inertia_balance_stiffness(modes, validated):
+    """Roots of the undamped equation; A_inf is within 1e-3 of A(w)'s. Yaw has no stiffness."""
     found = sorted(mode.natural_period for mode in modes.values())
     expected = FrequencyDomain().natural_periods()
     assert len(expected) == 5
@@ -119,7 +109,7 @@ def test_natural_periods_make_inertia_balance_stiffness(
 
 
 @pytest.mark.parametrize(("dof", "offset"), [("surge", 1.0), ("roll", 0.02)])
-def test_decay(dof: str, offset: float, modes: dict[str, NaturalMode], figure: Figure) -> None:
+def test_decay(dof: str, offset: float, modes: dict[str, NaturalMode], figure) -> None:
     """Periods from zero crossings and damping from the logarithmic decrement, once the other modes
     have died away; what is left of sway in roll scatters its decrement by some 0.3 %."""
     i = DOFS.index(dof)
@@ -148,11 +138,9 @@ def steady(request: pytest.FixtureRequest) -> list[xr.Dataset]:
     Exact kinematics make no difference here: surge, heave and pitch alone are a motion in a plane,
     where the rate of the angle is the angular velocity, and all loads are on the centre of gravity.
     """
-    scene = replace(
-        first_order(scene_of("free_floating")),
-        duration=1300.0 + FITTED,
-        solver=Solver(step=0.1, kinematics=request.param),
-    )
+    solver = Solver(step=0.1, kinematics=request.param)
+    still = first_order(scene_of("free_floating"))
+    scene = replace(still, duration=1300.0 + FITTED, solver=solver)
     waves = [WaveTrain(RegularWave(amplitude=1.0, period=T), ramp=200.0) for T in PERIODS]
     return [hs.simulate(in_waves(scene, train)) for train in waves]
 
@@ -173,9 +161,8 @@ def largest_errors(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
     return error.max(axis=0) / size.max(axis=0)
 
 
-def test_regular_waves_give_the_linear_response(steady: list[xr.Dataset], figure: Figure) -> None:
-    """Amplitude and phase, against the linearised scene under X(w) of the database: the same
-    radiation model, so that only the time integration is between them."""
+def test_regular_waves_give_the_linear_response(steady: list[xr.Dataset], figure) -> None:
+    """Amplitude and phase, with the same X(w): only the time integration is between them."""
     linear = linear_of(first_order(in_waves(scene_of("free_floating"))))
     load = CubicSpline(hull().frequency, hull().excitation[:, 0])
     found = np.array([harmonic(run, T) for run, T in zip(steady, PERIODS, strict=True)])
@@ -186,9 +173,7 @@ def test_regular_waves_give_the_linear_response(steady: list[xr.Dataset], figure
     assert (errors < 1e-3).all()
 
 
-def test_regular_waves_give_the_databases_response(
-    steady: list[xr.Dataset], figure: Figure
-) -> None:
+def test_regular_waves_give_the_databases_response(steady, figure):
     """Against A(w), B(w), X(w) interpolated here; the fit of the radiation is within 1e-3."""
     domain = FrequencyDomain()
     found = np.array([harmonic(run, T) for run, T in zip(steady, PERIODS, strict=True)])
@@ -209,14 +194,9 @@ def test_dynamic_stiffness_of_springs_and_dampers() -> None:
     random = np.random.default_rng(5).standard_normal
     K, C = (matrix @ matrix.T for matrix in random((2, 6, 6)))
     body = Body("block", mass=3.0, inertia=np.diag([2.0, 5.0, 4.0]))
-    spring = LinearMooring("block", stiffness=K, damping=C)
-    scene = Scene(
-        "block",
-        1.0,
-        (body,),
-        forces={"spring": spring},
-        solver=Solver(kinematics=Kinematics.LINEAR),
-    )
+    spring = hs.LinearMooring("block", stiffness=K, damping=C)
+    solver = Solver(kinematics=Kinematics.LINEAR)
+    scene = Scene("block", 1.0, (body,), forces={"spring": spring}, solver=solver)
     M = np.diag([3.0, 3.0, 3.0, 2.0, 5.0, 4.0])
     linear = linear_of(scene)
     for w in (0.1, 1.0, 7.0):
@@ -228,9 +208,8 @@ def test_stuck_fenders_add_their_springs_and_dampers() -> None:
     """In stick a point adds K2 + i w C2 along the plane and the slope of its curve across it."""
     base = scene_of("base")
     fender = base.forces["interface"]
-    model, state = hs.compile_scene(
-        replace(base, solver=Solver(step=0.1, kinematics=Kinematics.LINEAR))
-    )
+    solver = Solver(step=0.1, kinematics=Kinematics.LINEAR)
+    model, state = hs.compile_scene(replace(base, solver=solver))
     stuck = state.modes.copy()
     stuck[:, 0] = STICK
     free, held = hs.linearise(model, state), hs.linearise(model, state, stuck)

@@ -4,28 +4,13 @@ Rigid friction that is never broken states the constraints: of a body against ea
 bodies, as a joint would.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
+import scenes
 from numpy.testing import assert_allclose
-from scenes import (
-    FLOOR,
-    INERTIA,
-    SEA,
-    block,
-    hull,
-    in_waves,
-    moving,
-    on_floor,
-    scene,
-    scene_of,
-    steady,
-)
 from scipy import linalg
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
@@ -36,16 +21,7 @@ import hydrosim as hs
 from hydrosim.analysis.response import responder
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compile.compile import Radiation
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    Harmonic,
-    LinearMooring,
-    Plane,
-    PrescribedNormal,
-    Table,
-)
+from hydrosim.elements import Harmonic, Table
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.integrate.exponential import extend_nodes
 from hydrosim.linear import equilibrium as places
@@ -57,11 +33,10 @@ from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
 from hydrosim.water.components import WaveComponents
 
-Figure = Callable[[str, float], None]
-ROUGH = Coulomb(1e6, 1e6)  # as good as a joint
+ROUGH = hs.Coulomb(1e6, 1e6)  # as good as a joint
 G = 9.81
 MASS, ARM = 3.0, 2.0
-TURNING = MASS * INERTIA[0, 0]
+TURNING = MASS * scenes.INERTIA[0, 0]
 
 
 def gripped(
@@ -71,18 +46,18 @@ def gripped(
     plane_body: str | None = None,
     force: float = 50.0,
     on_plane: tuple[float, ...] | None = None,
-) -> Fender:
+) -> hs.Fender:
     """A point that is pressed by a constant force, and does not move along its plane."""
-    pressing = PrescribedNormal(Table(np.array([0.0]), np.array([force])))
-    plane = Plane(on_plane or place, normal, body=plane_body)
-    return Fender(body, np.array([place]), plane, pressing, ROUGH)
+    pressing = hs.PrescribedNormal(Table(np.array([0.0]), np.array([force])))
+    plane = hs.Plane(on_plane or place, normal, body=plane_body)
+    return hs.Fender(body, np.array([place]), plane, pressing, ROUGH)
 
 
 def pendulum(arm: float = ARM, **changes: object) -> Scene:
     """A body that hangs from a point at a wall, or stands on one, held there by friction alone."""
-    body = block(MASS, ("sway", "heave", "roll"), weight=Weight.CARRIED)
+    body = scenes.block(MASS, ("sway", "heave", "roll"), weight=Weight.CARRIED)
     forces = {"wall": gripped((0.0, 0.0, arm), (1.0, 0.0, 0.0))}
-    return replace(scene(body, forces, 20.0, 0.01), **changes)
+    return replace(scenes.scene(body, forces, 20.0, 0.01), **changes)
 
 
 def linear_of(scene: Scene) -> Linear:
@@ -92,7 +67,7 @@ def linear_of(scene: Scene) -> Linear:
 # reactions that carry load: the whole stiffness of a pendulum is geometric
 
 
-def test_a_pendulum_swings_on_its_reaction(figure: Figure) -> None:
+def test_a_pendulum_swings_on_its_reaction(figure) -> None:
     (mode,) = hs.natural_modes(linear_of(pendulum()))
     by_hand = 2 * pi * np.sqrt((TURNING + MASS * ARM**2) / (MASS * G * ARM))
     figure("period over closed form - 1", mode.natural_period / by_hand - 1)
@@ -119,9 +94,8 @@ def test_response_and_reaction_of_a_pendulum() -> None:
     assert_allclose(linear.reaction(w, load), newton, rtol=1e-6)
 
 
-def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None:
-    """All six coordinates, reactions, normal force and loads on one arm, all out of line: M and the
-    derivative of all wrenches, with own rotations, and an explicit basis of what is allowed."""
+def test_a_loaded_point_in_space_against_own_derivatives(figure) -> None:
+    """All six coordinates on one arm: M and derivatives of wrenches, with own rotations."""
     arm, n = np.array([0.4, -0.3, 1.7]), np.array([1.0, 0.0, 0.0])
     force, tangents = 35.0, np.eye(3)[1:]
     K = np.diag([40.0, 20.0, 30.0, 200.0, 150.0, 100.0])
@@ -138,18 +112,19 @@ def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None
 
     steps = 1e-5 * np.eye(6)
     stiffness = -np.transpose([wrench(s) - wrench(-s) for s in steps]) / 2e-5
-    M = linalg.block_diag(MASS * np.eye(3), MASS * INERTIA)
+    M = linalg.block_diag(MASS * np.eye(3), MASS * scenes.INERTIA)
     N = linalg.null_space(held)
     squares = linalg.eigvals(N.T @ stiffness @ N, N.T @ M @ N)
     dofs = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     signals = dict(zip(dofs, applied, strict=True))
+    wall = gripped(tuple(arm), (1.0, 0.0, 0.0), force=force)
     forces = {
-        "wall": gripped(tuple(arm), (1.0, 0.0, 0.0), force=force),
-        "mooring": LinearMooring("block", K),
-        "loads": steady(**signals),
+        "wall": wall,
+        "mooring": hs.LinearMooring("block", K),
+        "loads": scenes.steady(**signals),
     }
-    body = block(MASS, weight=Weight.CARRIED)
-    found = linear_of(scene(body, forces, 1.0, 0.1))
+    body = scenes.block(MASS, weight=Weight.CARRIED)
+    found = linear_of(scenes.scene(body, forces, 1.0, 0.1))
     modes = hs.natural_modes(found)
     assert len(modes) == 4
     periods = np.sort([mode.natural_period for mode in modes])
@@ -164,33 +139,19 @@ def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None
 
 
 def joined(kinematics: Kinematics = Kinematics.LINEAR) -> tuple[Scene, np.ndarray, np.ndarray]:
-    """Two bodies on springs, and three points on planes that leave no relative motion; K and M of
-    all twelve coordinates."""
+    """Two bodies on springs, held together by three points on planes; K and M (12, 12)."""
     random = np.random.default_rng(3).standard_normal
     K = [x @ x.T + 5.0 * np.eye(6) for x in random((2, 6, 6))]
-    inertias = [2.0 * INERTIA, 5.0 * INERTIA]
-    bodies = (
-        Body("one", 2.0, inertias[0]),
-        Body("other", 5.0, inertias[1], location=(3.0, 1.0)),
-    )
-    forces = {
-        "a": LinearMooring("one", K[0]),
-        "b": LinearMooring("other", K[1]),
-        **{
-            f"grip {k}": replace(
-                gripped(place, normal, "one", "other", 1e-3),
-                plane=Plane(tuple(np.subtract(place, (3.0, 1.0, 0.0))), normal, body="other"),
-            )
-            for k, (place, normal) in enumerate(
-                [
-                    ((1.0, 0.0, 0.5), (1.0, 0.0, 0.0)),
-                    ((1.0, 1.0, 0.0), (0.0, 1.0, 0.0)),
-                    ((2.0, 0.5, 1.0), (0.0, 0.0, 1.0)),
-                ]
-            )
-        },
-    }
-    both = scene(bodies, forces, 10.0, 0.05, kinematics=kinematics)
+    inertias = [2.0 * scenes.INERTIA, 5.0 * scenes.INERTIA]
+    bodies = (Body("one", 2.0, inertias[0]), Body("other", 5.0, inertias[1], location=(3.0, 1.0)))
+    forces = {"a": hs.LinearMooring("one", K[0]), "b": hs.LinearMooring("other", K[1])}
+    points = ((1.0, 0.0, 0.5), (1.0, 1.0, 0.0), (2.0, 0.5, 1.0))
+    for k, (place, normal) in enumerate(zip(points, np.eye(3).tolist(), strict=True)):
+        there = tuple(np.subtract(place, (3.0, 1.0, 0.0)))
+        normal = tuple(normal)
+        forces[f"grip {k}"] = gripped(place, normal, "one", "other", 1e-3, there)
+
+    both = scenes.scene(bodies, forces, 10.0, 0.05, kinematics=kinematics)
     M = linalg.block_diag(2.0 * np.eye(3), inertias[0], 5.0 * np.eye(3), inertias[1])
     return both, linalg.block_diag(*K), M
 
@@ -203,7 +164,7 @@ def as_one() -> np.ndarray:
 
 
 @pytest.mark.parametrize("kinematics", Kinematics)
-def test_two_bodies_that_are_held_together(kinematics: Kinematics, figure: Figure) -> None:
+def test_two_bodies_that_are_held_together(kinematics: Kinematics, figure) -> None:
     both, K, M = joined(kinematics)
     N, modes = as_one(), hs.natural_modes(linear_of(both))
     squares = linalg.eigvalsh(N.T @ K @ N, N.T @ M @ N)
@@ -239,14 +200,14 @@ def test_eigenvalues_are_those_of_what_can_move() -> None:
         assert np.vdot(left[:, k], right[:, k]) != 0.0
 
 
-def test_propagation_of_what_is_held(figure: Figure) -> None:
+def test_propagation_of_what_is_held(figure) -> None:
     """Two bodies as one, pushed by a harmonic force from rest: sums of sines of its own modes."""
     both, K, M = joined()
     w, load = 1.7, np.zeros(12)
     load[:3] = 1.0, -2.0, 0.5
     names = ("surge", "sway", "heave")
     push = {dof: Harmonic(load[i], 2 * pi / w) for i, dof in enumerate(names)}
-    forces = {**both.forces, "push": AppliedForce("one", (0.0, 0.0, 0.0), push)}
+    forces = {**both.forces, "push": scenes.central_force("one", **push)}
     model, state = hs.compile_scene(replace(both, forces=forces))
     equation, N = linear_equation(model, state), as_one()
     assert_allclose(equation.G[12:24], N @ linalg.solve(N.T @ M @ N, N.T), atol=1e-9)
@@ -268,14 +229,13 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
 # what a run does
 
 
-def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
-    """Small swings of a push, three periods long: only the square of 1e-4 rad
-    is left out of the linear motion."""
+def test_a_run_swings_as_the_linear_pendulum(figure) -> None:
+    """Small swings, three periods long: the square of 1e-4 rad is left out."""
     start = pendulum()
     (body,) = start.bodies
     w = 2 * pi / hs.natural_modes(linear_of(start))[0].natural_period
     rate = 1e-4
-    moved = replace(body, velocity=moving(roll=rate, sway=rate * ARM))
+    moved = replace(body, velocity=scenes.moving(roll=rate, sway=rate * ARM))
     run = hs.simulate(replace(start, bodies=(moved,)))
     exact = rate / w * np.sin(w * run.time.values)
     error = np.abs(run.position.sel(dof="roll").values[:, 0] - exact).max()
@@ -284,16 +244,15 @@ def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
     assert (run.fender_mode == 1).all()
 
 
-def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None:
-    """Forced below resonance, from the steady motion on: friction is the weight and the amplitude
-    that the linear analysis gives."""
+def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure) -> None:
+    """Below resonance, steady: friction is the weight plus the linear amplitude."""
     w, size = 1.1, 1e-3
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"sway": Harmonic(size, 2 * pi / w)})
+    push = scenes.central_force(sway=Harmonic(size, 2 * pi / w))
     still = pendulum()
     (body,) = still.bodies
     linear = linear_of(still)
     q, reaction = (of(w, np.array([size, 0.0, 0.0])) for of in (linear.response, linear.reaction))
-    start = moving(**dict(zip(("sway", "heave", "roll"), w * q.real, strict=True)))
+    start = scenes.moving(**dict(zip(("sway", "heave", "roll"), w * q.real, strict=True)))
     forces = {**still.forces, "push": push}
     run = hs.simulate(replace(still, bodies=(replace(body, velocity=start),), forces=forces))
     friction = run.fender_friction.values[:, 0]
@@ -305,17 +264,18 @@ def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None
 
 def standing(step: float, damping: float = 0.0) -> Scene:
     """A body on a stiff floor, held at its point there."""
-    body = block(2.0, ("surge", "heave", "pitch"))
-    floor = on_floor(400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=Plane((0, 0, -1.1), (0, 0, 1)))
-    mooring = LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0]))
-    forces = {"floor": floor, "hold": mooring, "weight": steady(heave=-40.0)}
-    at = replace(body, position=moving(heave=-0.2))
-    return scene(at, forces, 300 * step, step, step=step, kinematics=Kinematics.LINEAR)
+    body = scenes.block(2.0, ("surge", "heave", "pitch"))
+    plane = hs.Plane((0, 0, -1.1), (0, 0, 1))
+    floor = scenes.on_floor(400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=plane)
+    mooring = hs.LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0]))
+    forces = {"floor": floor, "hold": mooring, "weight": scenes.steady(heave=-40.0)}
+    at = replace(body, position=scenes.moving(heave=-0.2))
+    return scenes.scene(at, forces, 300 * step, step, step=step, kinematics=Kinematics.LINEAR)
 
 
-def test_the_step_limit_of_what_is_held(figure: Figure) -> None:
+def test_the_step_limit_of_what_is_held(figure) -> None:
     """A stiff normal spring on an arm: by hand, and by runs a little below and above."""
-    M = np.diag([2.0, 2.0, 2.0 * INERTIA[1, 1]])
+    M = np.diag([2.0, 2.0, 2.0 * scenes.INERTIA[1, 1]])
     normal = np.array([0.0, 1.0, -0.5])  # heave of the point
     K = 400.0 * np.outer(normal, normal) + np.diag([0.0, 0.0, 30.0])
     N = linalg.null_space(np.array([[1.0, 0.0, -1.0]]))  # surge of the point
@@ -324,9 +284,8 @@ def test_the_step_limit_of_what_is_held(figure: Figure) -> None:
     stuck = [x for x in scene_combinations(compiled) if x.contact == "all contacts sticking"]
     assert np.abs(stuck[0].values).max() == pytest.approx(fastest, rel=1e-6)
     assert stuck[0].values.size == 4
-    limit = min(
-        x.step for x in scene_step_limits(compiled, stuck) if x.contact == "all contacts sticking"
-    )
+    limits = scene_step_limits(compiled, stuck)
+    limit = min(x.step for x in limits if x.contact == "all contacts sticking")
     figure("omega h at the limit", limit * fastest)
     assert limit * fastest == pytest.approx(2 * np.sqrt(2), rel=2e-3)
 
@@ -334,7 +293,7 @@ def test_the_step_limit_of_what_is_held(figure: Figure) -> None:
         """How much a small motion has grown in 300 steps."""
         still = standing(factor * limit)
         rest = held_place(standing(0.1))
-        body = replace(still.bodies[0], position=rest, velocity=moving(heave=1e-6))
+        body = replace(still.bodies[0], position=rest, velocity=scenes.moving(heave=1e-6))
         run = hs.simulate(replace(still, bodies=(body,)))
         assert (run.fender_mode == 1).all()
         return float(np.abs(run.velocity.values[-50:, 0, 2]).max()) / 1e-6
@@ -351,7 +310,7 @@ def held_place(scene: Scene) -> tuple[float, ...]:
     N = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]])  # surge = pitch, heave
     load = np.array([0.0, -40.0, 0.0]) + 400.0 * -0.1 * normal
     surge, heave, pitch = N @ linalg.solve(N.T @ K @ N, N.T @ load)
-    return moving(surge=surge, heave=heave, pitch=pitch)
+    return scenes.moving(surge=surge, heave=heave, pitch=pitch)
 
 
 # the place at rest
@@ -360,13 +319,13 @@ def held_place(scene: Scene) -> tuple[float, ...]:
 def hung(**force: float) -> Scene:
     """A pendulum that a steady force and a mooring pull aside."""
     still = pendulum()
-    mooring = LinearMooring("block", np.diag([0, 4.0, 3.0, 5.0, 0, 0]))
-    return replace(still, forces={**still.forces, "pull": steady(**force), "mooring": mooring})
+    mooring = hs.LinearMooring("block", np.diag([0, 4.0, 3.0, 5.0, 0, 0]))
+    return replace(
+        still, forces={**still.forces, "pull": scenes.steady(**force), "mooring": mooring}
+    )
 
 
-def test_rest_of_what_is_held_against_a_minimum(
-    monkeypatch: pytest.MonkeyPatch, figure: Figure
-) -> None:
+def test_rest_of_what_is_held_against_a_minimum(monkeypatch, figure):
     """All energy is least where the point is held, as if by a joint: by SLSQP."""
     monkeypatch.setattr(places, "without_friction", lambda elements: elements)
     pull = {"sway": 21.0, "heave": 6.0}
@@ -380,12 +339,8 @@ def test_rest_of_what_is_held_against_a_minimum(
     def point(q: np.ndarray) -> np.ndarray:
         return np.array([q[0] - ARM * np.sin(q[2]), q[1] + ARM * (np.cos(q[2]) - 1.0)])
 
-    least = minimize(
-        energy,
-        np.zeros(3),
-        constraints={"type": "eq", "fun": point},
-        options={"ftol": 1e-15, "maxiter": 500},
-    )
+    held, options = {"type": "eq", "fun": point}, {"ftol": 1e-15, "maxiter": 500}
+    least = minimize(energy, np.zeros(3), constraints=held, options=options)
     found = rest.state.y[:3]
     figure("place at rest less the minimum [m, rad]", np.abs(found - least.x).max())
     assert np.abs(found[2]) > 0.3
@@ -402,9 +357,9 @@ def test_rest_stays_where_nothing_pulls(monkeypatch: pytest.MonkeyPatch) -> None
     springs = np.diag([0.0, 3.0, 2.0, 9.0, 8.0, 7.0])
     forces = {
         **both.forces,
-        "a": LinearMooring("one", springs),
-        "b": LinearMooring("other", springs),
-        "pull": steady("one", surge=0.5, heave=1.0),
+        "a": hs.LinearMooring("one", springs),
+        "b": hs.LinearMooring("other", springs),
+        "pull": scenes.steady("one", surge=0.5, heave=1.0),
     }
     model, state = hs.compile_scene(replace(both, forces=forces))
     rest = equilibrium(model, state, 0.0, 7.0 * G)
@@ -425,19 +380,19 @@ def test_rest_stays_where_nothing_pulls(monkeypatch: pytest.MonkeyPatch) -> None
 
 def held_barge(force: float = 50.0) -> Scene:
     """The moored barge, a point of its deck held along the horizontal."""
-    free, place, up = scene_of("free_floating"), (30.0, 0.0, 10.0), (0.0, 0.0, 1.0)
-    grip = replace(gripped(place, up, "barge", force=force), plane=FLOOR)
-    return replace(in_waves(free), forces={**free.forces, "grip": grip})
+    free, place, up = scenes.scene_of("free_floating"), (30.0, 0.0, 10.0), (0.0, 0.0, 1.0)
+    grip = replace(gripped(place, up, "barge", force=force), plane=scenes.FLOOR)
+    return replace(scenes.in_waves(free), forces={**free.forces, "grip": grip})
 
 
 HELD_POINT = np.array([[1.0, 0, 0, 0, 10.0, 0], [0, 1.0, 0, -10.0, 0, 30.0]])
 
 
 @pytest.mark.parametrize("w", [0.35, 0.6, 0.9])
-def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
+def test_rao_and_reaction_of_a_held_barge(w: float, figure) -> None:
     """Against the equation of motion from the database with the constraint beside it."""
     by_hand = FrequencyDomain()
-    grid = hull().frequency
+    grid = scenes.hull().frequency
     w = float(grid[np.abs(grid - w).argmin()])
     damping = by_hand.radiation_damping(w) + by_hand.mooring_damping
     inertia = by_hand.mass + by_hand.added_mass(w)
@@ -454,18 +409,17 @@ def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
     assert_allclose(reaction, force, atol=1e-6 * np.abs(force).max())
 
 
-def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure: Figure) -> None:
+def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure) -> None:
     """Small, so that what turns does so little, with the same radiation model on both sides."""
     period, height = 10.0, 0.01
     train = WaveTrain(RegularWave(amplitude=height, period=period), ramp=100.0)
     solver = Solver(step=0.1)
-    run = hs.simulate(
-        replace(first_order(in_waves(held_barge(), train)), duration=700.0, solver=solver)
-    )
+    small = first_order(scenes.in_waves(held_barge(), train))
+    run = hs.simulate(replace(small, duration=700.0, solver=solver))
     assert (run.fender_mode == 1).all()
     linear = linear_of(first_order(held_barge()))
     w = 2 * pi / period
-    load = height * CubicSpline(hull().frequency, hull().excitation[:, 0])(w)
+    load = height * CubicSpline(scenes.hull().frequency, scenes.hull().excitation[:, 0])(w)
     found, expected = harmonic(run, period), linear.response(w, load)
     error = np.abs(found - expected)[[0, 2, 4]] / np.abs(expected)[[0, 2, 4]]
     figure("surge, heave, pitch of a run less the response, relative", error.max())
@@ -481,10 +435,10 @@ def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure: Figure)
 def test_waves_that_let_a_rigid_grip_slip_are_told() -> None:
     """The reaction in small waves is below mu N, that in waves a thousand times as high is not."""
     still = held_barge(1e6)
-    grip = replace(still.forces["grip"], friction=Coulomb(0.5, 0.4))
+    grip = replace(still.forces["grip"], friction=hs.Coulomb(0.5, 0.4))
     for height, slips in ((0.01, False), (10.0, True)):
-        train = WaveTrain(replace(SEA, significant_height=height))
-        held = in_waves(replace(still, forces={**still.forces, "grip": grip}), train)
+        train = WaveTrain(replace(scenes.SEA, significant_height=height))
+        held = scenes.in_waves(replace(still, forces={**still.forces, "grip": grip}), train)
         remarks = linear_analysis(held, LinearRequest()).remarks
         assert ("grip 1 would slip" in remarks) == slips
         assert "no motion along the plane" in remarks
@@ -518,9 +472,9 @@ def test_what_a_change_of_radiation_does_to_what_is_held() -> None:
 
 def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
     """One of two bodies that nothing couples is held in all that it could do."""
-    bodies = [block(2.0, ("surge",), name) for name in ("free", "held")]
+    bodies = [scenes.block(2.0, ("surge",), name) for name in ("free", "held")]
     grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "held", force=1.0)
-    linear = linear_of(scene(bodies, {"grip": grip}, 1.0, 0.1))
+    linear = linear_of(scenes.scene(bodies, {"grip": grip}, 1.0, 0.1))
     dofs, none = [np.arange(6), np.arange(6, 12)], np.zeros((1, 6, 6))
     slopes = [np.asarray(own[:, None] == linear.active, dtype=float) for own in dofs]
     found = find_admittances(np.array([1j]), slopes, [none, none], linear)
@@ -532,9 +486,9 @@ def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
 
 
 def test_where_motion_remains_rigid_friction_is_linear() -> None:
-    body, law = block(2.0, ("surge", "heave")), Coulomb(0.5, 0.4)
-    forces = {"weight": steady(heave=-100.0), "floor": on_floor(1e3, law)}
-    found = linear_analysis(scene(body, forces, 1.0, 0.1), LinearRequest())
+    body, law = scenes.block(2.0, ("surge", "heave")), hs.Coulomb(0.5, 0.4)
+    forces = {"weight": scenes.steady(heave=-100.0), "floor": scenes.on_floor(1e3, law)}
+    found = linear_analysis(scenes.scene(body, forces, 1.0, 0.1), LinearRequest())
     assert list(found["mode"].values) == ["block heave"]
     assert float(found.natural_period[0]) == pytest.approx(2 * pi / np.sqrt(500.0), rel=1e-6)
     assert "floor 1 hold by friction: no motion along the plane" in found.remarks
@@ -543,23 +497,24 @@ def test_where_motion_remains_rigid_friction_is_linear() -> None:
 def test_where_none_remains_it_is_refused() -> None:
     forces = {"floor": gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), force=1.0)}
     with pytest.raises(InputError, match="holds floor 1 at rest, so that nothing can move"):
-        linear_analysis(scene(block(2.0, ("surge", "sway")), forces, 1.0, 0.1), LinearRequest())
+        linear_analysis(
+            scenes.scene(scenes.block(2.0, ("surge", "sway")), forces, 1.0, 0.1), LinearRequest()
+        )
 
 
 def test_what_holds_more_once_it_has_moved_is_refused() -> None:
     """A point on the axis of roll holds no roll, but does a little beside it."""
     place = (0.0, 1.0, 0.0)
     forces = {"wall": gripped(place, (0.0, 0.0, 1.0), force=1e-3)}
-    linear = linear_of(scene(block(2.0, ("surge", "roll")), forces, 1.0, 0.1))
+    linear = linear_of(scenes.scene(scenes.block(2.0, ("surge", "roll")), forces, 1.0, 0.1))
     with pytest.raises(InputError, match="dependent directions, or directions that change with"):
         linear.dynamic_stiffness(1.0)
 
 
 def test_rows_that_hold_the_same_are_refused() -> None:
     rows = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    linear = Linear(
-        np.eye(6), np.arange(6), np.arange(3), nullspace_of(rows, np.eye(3)), np.zeros((2, 6))
-    )
+    nullspace = nullspace_of(rows, np.eye(3))
+    linear = Linear(np.eye(6), np.arange(6), np.arange(3), nullspace, np.zeros((2, 6)))
     assert linear.freedom.basis.shape == (3, 2)
     assert not nullspace_of(rows[:1], np.eye(3)).has_dependent_rows
     with pytest.raises(InputError, match="rigid friction or joints are not defined"):
@@ -568,7 +523,9 @@ def test_rows_that_hold_the_same_are_refused() -> None:
 
 def test_a_row_through_the_door_reaches_everything() -> None:
     """One point more, and each part of the linear analysis has one motion less."""
-    free = scene(block(2.0, ("surge", "heave")), {"k": LinearMooring("block", np.eye(6))}, 1.0, 0.1)
+    forces = {"k": hs.LinearMooring("block", np.eye(6))}
+    free = scenes.scene(scenes.block(2.0, ("surge", "heave")), forces, 1.0, 0.1)
+
     grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), force=1.0)
     held = replace(free, forces={**free.forces, "grip": grip})
     for each, count in ((free, 2), (held, 1)):

@@ -1,7 +1,5 @@
 """Natural modes by their shapes: free ones, two bodies, and closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,22 +9,22 @@ from markers import few
 from scenes import block
 
 import hydrosim as hs
-from hydrosim.elements import LinearMooring, Spring
 from hydrosim.errors import InputError
 from hydrosim.linear.linearise import Linear, linearise, nullspace_of
 from hydrosim.linear.modes import ModeKind, NaturalMode, modes_of_stiffness, natural_modes
-from hydrosim.scene import Body, Scene
 
 CASES = Path(__file__).parents[2] / "cases"
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
 
 
-def modes_of(*bodies: Body, **forces: LinearMooring | Spring) -> list[NaturalMode]:
-    return natural_modes(linearise(*hs.compile_scene(Scene("modes", 1.0, bodies, forces=forces))))
+def modes_of(*bodies: hs.Body, **forces: hs.LinearMooring | hs.Spring) -> list[NaturalMode]:
+    scene = hs.Scene("modes", 1.0, bodies, forces=forces)
+    return natural_modes(linearise(*hs.compile_scene(scene)))
 
 
-def held(body: str, k: float, c: float = 0.0) -> LinearMooring:
-    return LinearMooring(body, np.diag([k, 0, 0, 0, 0, 0.0]), damping=np.diag([c, 0, 0, 0, 0, 0.0]))
+def held(body: str, k: float, c: float = 0.0) -> hs.LinearMooring:
+    along = np.diag([1.0, 0, 0, 0, 0, 0])
+    return hs.LinearMooring(body, k * along, damping=c * along)
 
 
 def test_free_modes_are_free_whatever_damps_them() -> None:
@@ -84,8 +82,7 @@ def test_modes_of_two_bodies_are_kept_apart() -> None:
     """Two blocks on springs, joined by a third one: (K, M) by hand. Equal blocks move half and half
     in both modes, and each mode is named after another of them."""
     K, M = np.array([[7.0, -3.0], [-3.0, 7.0]]), np.eye(2)
-    joint = Spring("a", (0, 0, 0), (0, 0, 0), 0.0, np.array([0.0, 100.0]), np.array([0.0, 300.0]))
-    joint = replace(joint, anchor_body="b")
+    joint = hs.Strut("a", (0, 0, 0), (0, 0, 0), stiffness=3.0, anchor_body="b")
     for mass in (1.0, 2.5):
         M[1, 1] = mass
         bodies = (block(1.0, ["surge"], "a"), block(mass, ["surge"], "b", location=(20.0, 0.0)))
@@ -97,14 +94,12 @@ def test_modes_of_two_bodies_are_kept_apart() -> None:
             assert mode.natural_period == pytest.approx(2 * np.pi / np.sqrt(squares[k]), rel=1e-6)
             energy = np.diag(M) * shapes[:, k] ** 2
             np.testing.assert_allclose(mode.share, energy / energy.sum(), atol=1e-6)
-            assert mode.shape[1] / mode.shape[0] == pytest.approx(
-                shapes[1, k] / shapes[0, k], rel=1e-6
-            )
+        ratio = shapes[1, k] / shapes[0, k]
+        assert mode.shape[1] / mode.shape[0] == pytest.approx(ratio, rel=1e-6)
 
 
 def random_linear(seed: int, n: int, others: int) -> Linear:
-    """A stable system with other states, such as those of a memory, of which two pairs are as good
-    as equal: their eigenvectors are nearly parallel."""
+    """A stable system with other states; two pairs have nearly parallel eigenvectors."""
     random = np.random.default_rng(seed).standard_normal
     M, K = (x @ x.T + n * np.eye(n) for x in random((2, n, n)))
     A = np.zeros((2 * n + others, 2 * n + others))
@@ -119,8 +114,7 @@ def random_linear(seed: int, n: int, others: int) -> Linear:
 
 @pytest.mark.parametrize("defective", [False, True])
 def test_dynamic_stiffness_by_diagonalising_is_that_by_solving(defective: bool) -> None:
-    """D(w) from the whole matrix, D q = M G^-1 q with G the top right block of (i w - J)^-1; where
-    the states of a memory cannot be told apart (a Jordan block) too."""
+    """D q = M G^-1 q, G the top right block of (i w - J)^-1; with a Jordan block too."""
     n, linear = 3, random_linear(1, 3, 8)
     if defective:
         linear.jacobian[2 * n :, 2 * n :] = -np.eye(8) + np.eye(8, k=1)
@@ -137,9 +131,8 @@ def test_modes_from_the_stiffness_alone() -> None:
     """Without a memory both ways are exact: the same periods, decays and shapes."""
     linear = random_linear(2, 4, 0)
     linear.jacobian[4:, 4:] = -0.2 * np.linalg.inv(linear.inertia)
-    for one, other in zip(
-        natural_modes(linear), modes_of_stiffness(linear.dynamic_stiffness, linear), strict=True
-    ):
+    others = modes_of_stiffness(linear.dynamic_stiffness, linear)
+    for one, other in zip(natural_modes(linear), others, strict=True):
         assert one.coordinate == other.coordinate
         assert one.natural_period == pytest.approx(other.natural_period, rel=1e-9)
         assert one.eigenvalue == pytest.approx(other.eigenvalue, rel=1e-8)
@@ -148,17 +141,14 @@ def test_modes_from_the_stiffness_alone() -> None:
 @pytest.mark.parametrize("count", [4, 5, 8])
 def test_equal_bodies_in_a_row_share_out_their_coordinates(count: int) -> None:
     """Many modes are as much of one body as of another, and still each has a name of its own."""
-    bodies = [
-        Body(f"b{i}", 1e6, np.diag([9e6, 25e6, 25e6]), location=(40.0 * i, 0.0))
-        for i in range(count)
-    ]
+    inertia = np.diag([9e6, 25e6, 25e6])
+    bodies = [hs.Body(f"b{i}", 1e6, inertia, location=(40.0 * i, 0.0)) for i in range(count)]
     stiffness = np.diag([1e5, 1e5, 1e5, 9e5, 25e5, 25e5])
-    forces: dict[str, LinearMooring | Spring] = {
-        f"m{i}": LinearMooring(f"b{i}", stiffness) for i in range(count)
-    }
+    forces: dict[str, hs.LinearMooring | hs.Spring] = {}
+    forces |= {f"m{i}": hs.LinearMooring(f"b{i}", stiffness) for i in range(count)}
     pull = np.array([0.0, 100.0]), np.array([0.0, 1e7])
     for i in range(count - 1):
-        joint = Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, *pull)
+        joint = hs.Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, curve=hs.TensionCurve(*pull))
         forces[f"s{i}"] = replace(joint, anchor_body=f"b{i + 1}")
     modes = modes_of(*bodies, **forces)
     assert sorted(mode.coordinate for mode in modes) == list(range(6 * count))

@@ -1,7 +1,5 @@
 """Components of a scene give what the whole gives, and are solved once each."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 
@@ -11,18 +9,16 @@ from scenes import block, scene, scene_of
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements import LinearMooring, Spring
 from hydrosim.linear import linearise as module
 from hydrosim.linear.linearise import Linear, find_components, linearise
 from hydrosim.linear.modes import find_admittances
 from hydrosim.run.step_limits import add_step_warnings
-from hydrosim.scene import Scene
 
 NAMES = ("left", "right", "other")
 PARTS = 2  # of a barge: what moves in its plane, and what moves aside
 
 
-def barges(count: int = 3, **forces: Spring) -> Scene:
+def barges(count: int = 3, **forces: hs.Spring) -> hs.Scene:
     """Two equal barges, and one of another inertia, far apart."""
     base = scene_of("free_floating")
     (barge,) = base.bodies
@@ -36,13 +32,20 @@ def barges(count: int = 3, **forces: Spring) -> Scene:
     return replace(base, bodies=tuple(bodies[:count]), forces={**moorings, **forces})
 
 
-def line(stiffness: float) -> Spring:
+def line(stiffness: float) -> hs.Spring:
     """A line between the equal bodies."""
     curve = np.array([0.0, 1.0]), np.array([0.0, stiffness])
-    return Spring("left", (0.8, 0.0, 0.5), (-0.8, 0.0, 0.5), 0.5, *curve, anchor_body="right")
+    return hs.Spring(
+        "left",
+        (0.8, 0.0, 0.5),
+        (-0.8, 0.0, 0.5),
+        0.5,
+        curve=hs.TensionCurve(*curve),
+        anchor_body="right",
+    )
 
 
-def linear_of(scene: Scene) -> Linear:
+def linear_of(scene: hs.Scene) -> Linear:
     return linearise(*hs.compile_scene(scene))
 
 
@@ -65,16 +68,17 @@ def test_components_of_a_graph() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 3])
-def test_memory_of_parts_is_differentiated_at_once(
-    count: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_memory_of_parts_is_differentiated_at_once(count, monkeypatch):
     """To the bit as one column after the other, with fewer evaluations."""
     compiled = hs.compile_scene(barges(count, line=line(1e6)) if count > 1 else barges(1))
     shifts: list[np.ndarray] = []
     fill = module.fill_jacobian
-    monkeypatch.setattr(
-        module, "fill_jacobian", lambda *args: (shifts.append(args[7].number), fill(*args))
-    )
+
+    def watch(*args):
+        shifts.append(args[7].number)
+        return fill(*args)
+
+    monkeypatch.setattr(module, "fill_jacobian", watch)
     at_once = linearise(*compiled).jacobian
     together = sum(np.unique(number).size for number in shifts)
     shifts.clear()
@@ -146,12 +150,11 @@ def selected(dofs: np.ndarray, linear: Linear) -> np.ndarray:
 
 
 @pytest.mark.parametrize("forces", [{}, {"line": line(30.0)}], ids=["apart", "on a line"])
-def test_changes_of_components_are_those_of_the_whole(forces: dict[str, Spring]) -> None:
-    """Databases of one body and of two, in an order of their own, of which not all coordinates are
-    free."""
+def test_changes_of_components_are_those_of_the_whole(forces: dict[str, hs.Spring]) -> None:
+    """Databases of one body and of two, in an order of their own, partly locked."""
     free = (DOFS, ("sway", "roll", "yaw"), ("surge",))
     bodies = [block(2.0, own, name) for own, name in zip(free, NAMES, strict=True)]
-    moored = {f"k {name}": LinearMooring(name, np.diag(np.arange(5.0, 11.0))) for name in NAMES}
+    moored = {f"k {name}": hs.LinearMooring(name, np.diag(np.arange(5.0, 11.0))) for name in NAMES}
     linear = linear_of(scene(bodies, {**moored, **forces}, 20.0, 0.1))
     w = np.linspace(0.3, 3.0, 7)
     s = 0.01 + 1j * w

@@ -4,8 +4,6 @@ Nothing else of the copy differs: modes, limits, the place at rest, responses an
 must see the joint by themselves.
 """
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Step limits: stability functions of the methods, and scenes that diverge where it is said."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -11,33 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 from markers import few
-from scenes import CASES, hull, in_waves, scene_of, with_body
+from scenes import CASES, central_force, hull, in_waves, scene_of, straight_curve, with_body
 
 import hydrosim as hs
 from hydrosim import load_case
 from hydrosim.compile.compiled import Compiled
 from hydrosim.dofs import DOFS
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    PrescribedNormal,
-    StickSlip,
-    Table,
-    constant,
-)
+from hydrosim.elements import Table, constant
 from hydrosim.elements.contact.law import OPEN, SLIP
 from hydrosim.integrate import methods
 from hydrosim.integrate.methods import DOPRI5, ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.stability import GROWTH, REACH, Combination, ray_limits
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
-from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
+from hydrosim.scene import Body, ConvolutionRadiation, LinearScenes, Method, Scene, Solver, Unstable
+from tests.generators import stable_steps
 
-Figure = Callable[[str, float], None]
 DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
 
 
@@ -46,8 +32,7 @@ DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
     [(RK2, pi, 2.0), (HEUN, pi, 2.0), (RK4, pi, 2.7853), (RK4, pi / 2, 2 * sqrt(2))],
 )
 def test_limits_on_the_axes(method: methods.IntegrationMethod, angle: float, limit: float) -> None:
-    """Closed forms (Hairer & Wanner 1996, IV.2); the rays are looked at every 0.005, and growth of
-    a thousandth per period is let pass."""
+    """Closed forms (Hairer & Wanner 1996, IV.2); growth of a thousandth per period may pass."""
     assert ray_limits(method, np.array([angle]))[0] == pytest.approx(limit, abs=0.01)
 
 
@@ -74,7 +59,7 @@ def test_growing_motion_sets_no_limit() -> None:
 
 def dashpot(step: float, method: Method) -> Scene:
     """A mass of 2 kg on a damper of 50 N s/m: eigenvalue -25 1/s."""
-    damper = LinearMooring("block", np.zeros((6, 6)), damping=50.0 * np.eye(6))
+    damper = hs.LinearMooring("block", np.zeros((6, 6)), damping=50.0 * np.eye(6))
     body = Body("block", 2.0, np.eye(3), dofs=("surge",), velocity=(1.0, 0, 0, 0, 0, 0))
     solver = Solver(method=method, step=step, linear=LinearScenes.STEP)
     forces = {"damper": damper}
@@ -95,12 +80,11 @@ def test_a_run_diverges_where_the_limit_says(method: Method, z: float) -> None:
 
 
 def test_the_thesis_numerical_oscillation() -> None:
-    """Four friction slopes of 1e9 N s/m on the barge's mass and A(inf): the step of 0.1 s is at
-    2.47 of rk2's 2, in surge."""
+    """Four slopes of 1e9 N s/m on the barge: the step of 0.1 s is at 2.47 of rk2's 2, in surge."""
     base = scene_of("base")
     fender = base.forces["interface"]
-    assert isinstance(fender, Fender)
-    slope = replace(fender, friction=FrictionSlope(0.2, 1e9))
+    assert isinstance(fender, hs.Fender)
+    slope = replace(fender, friction=hs.FrictionSlope(0.2, 1e9))
     solver = Solver(method=Method.RK2, step=0.1, unstable=Unstable.ERROR)
     scene = replace(base, forces={**base.forces, "interface": slope}, solver=solver)
     limit = scene_step_limits(hs.compile_scene(scene))[0]
@@ -120,45 +104,41 @@ def test_an_open_node_limits_the_base_case() -> None:
 
 
 def moving_block(
-    mass: float, speed: float, law: FrictionSlope | StickSlip, press: PrescribedNormal
+    mass: float, speed: float, law: hs.FrictionSlope | hs.StickSlip, press: hs.PrescribedNormal
 ) -> Scene:
     """A block that moves along, and one point of contact under a prescribed force."""
-    plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    fender = Fender("block", np.zeros((1, 3)), plane, press, law)
+    plane = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    fender = hs.Fender("block", np.zeros((1, 3)), plane, press, law)
     body = Body("block", mass, np.eye(3), dofs=("surge",), velocity=(speed, 0, 0, 0, 0, 0))
     return Scene("block", 30.0, (body,), forces={"fender": fender}, output_step=0.1)
 
 
 def stuck_block(slope: float) -> Scene:
     """Surge alone, with a friction slope that does not let it go."""
-    always = PrescribedNormal(constant(1e9))
-    return moving_block(1.62e8, DISTURBED, FrictionSlope(0.2, slope), always)
+    always = hs.PrescribedNormal(constant(1e9))
+    return moving_block(1.62e8, DISTURBED, hs.FrictionSlope(0.2, slope), always)
 
 
 def stuck_barge(slope: float) -> Scene:
-    """The barge in calm water, lifted by 1.5 m and in equilibrium there, 0.5 m into the fenders of
-    the thesis, in all six degrees of freedom and with radiation."""
+    """The barge in calm water at rest, 0.5 m into the thesis' fenders, with radiation."""
     base, lift, k = scene_of("base"), 1.5, 33026e3
     fender = base.forces["interface"]
-    assert isinstance(fender, Fender)
-    curve, law = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k])), FrictionSlope(0.2, slope)
+    assert isinstance(fender, hs.Fender)
+    curve = straight_curve(k)
+    law = hs.FrictionSlope(0.2, slope)
     load = lift * hull().hydrostatic_stiffness[:, 2] + 4 * k * 0.5 * (np.arange(6) == 2)
-    table = AppliedForce(
-        "barge", (0.0, 0.0, 0.0), {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
-    )
+    signals = {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
+    table = central_force("barge", **signals)
     start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
-    return replace(
-        with_body(in_waves(base), **start),
-        forces={"lift": table, "interface": replace(fender, normal=curve, friction=law)},
-        duration=30.0,
-        output_step=0.1,
-    )
+    interface = replace(fender, normal=curve, friction=law)
+    whole = replace(with_body(in_waves(base), **start), duration=30.0, output_step=0.1)
+    return replace(whole, forces={"lift": table, "interface": interface})
 
 
-def sliding_block(law: StickSlip, opened: bool, step: float) -> Scene:
-    """Nothing slows it down. It stretches the node of its contact until that slips, at 2 s, or the
-    contact opens, at 3 s; then 300 steps."""
-    press = PrescribedNormal(Table(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4])))
+def sliding_block(law: hs.StickSlip, opened: bool, step: float) -> Scene:
+    """The node stretches until it slips, at 2 s, or contact opens, at 3 s; then 300 steps."""
+    force = np.array([1e4, 0.0 if opened else 1e4])
+    press = hs.PrescribedNormal(Table(np.array([2.0, 3.0]), force))
     solver = Solver(step=step)
     scene = moving_block(1e15, 1.0, law, press)
     return replace(scene, duration=3.0 + 300 * step, solver=solver, output_step=step)
@@ -189,9 +169,7 @@ def threshold(grows: Callable[[float], bool]) -> float:
 
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
 @pytest.mark.parametrize("stuck", few([stuck_block, stuck_barge], 1))
-def test_a_friction_slope_is_unstable_where_the_limit_says(
-    stuck: Callable[[float], Scene], method: Method, figure: Figure
-) -> None:
+def test_a_friction_slope_is_unstable_where_the_limit_says(stuck, method, figure):
     """Surge velocity after 300 steps of 0.1 s in stick, against that at the start. On the negative
     real axis R > 0 for these methods: velocity grows without a change of sign. Rays are looked at
     every 0.005, a part of 400 of rk2's limit; the bisection ends at 0.005."""
@@ -211,11 +189,11 @@ def test_a_friction_slope_is_unstable_where_the_limit_says(
 
 
 @pytest.mark.parametrize("mode", [OPEN, SLIP])
-def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figure) -> None:
+def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure) -> None:
     """The node relaxes at K2 / C2 while open and at K2 / (C2 + C3) in slip: two laws of which the
     first and the second limits the step (C2 = 0 leaves no relaxation while open). In slip the
     instability soon ends the mode: what should slip on sticks and slips from step to step."""
-    law = StickSlip(0.2, 0.1, 1e3, *((50.0, 5e3) if mode == OPEN else (0.0, 50.0)))
+    law = hs.StickSlip(0.2, 0.1, 1e3, *((50.0, 5e3) if mode == OPEN else (0.0, 50.0)))
     steady = 0.0 if mode == OPEN else (law.kinetic * 1e4 + law.slip_damping * 1.0) / law.stiffness
     scene = partial(sliding_block, law, mode == OPEN)
     (predicted, *_) = scene_step_limits(hs.compile_scene(scene(0.1)))
@@ -244,9 +222,8 @@ def test_every_thing_that_is_unstable_is_told() -> None:
     heave and roll on the stiffness of steel with hardly any damping (|R| - 1 = (w h)^4 / 8)."""
     scene = load_case(CASES.parent / "numerical_oscillation" / "base.yaml").scene()
     limits = scene_step_limits(hs.compile_scene(scene))
-    assert [limit.what for limit in limits] == [
-        f"{dof} of barge" for dof in ("heave", "surge", "sway", "roll")
-    ]
+    dofs = ("heave", "surge", "sway", "roll")
+    assert [limit.what for limit in limits] == [f"{dof} of barge" for dof in dofs]
     assert [limit.step for limit in limits] == sorted(limit.step for limit in limits)
     heave, surge = limits[:2]
     assert abs(surge.eigenvalue) * 0.1 == pytest.approx(2.47, abs=0.01)
@@ -266,15 +243,14 @@ def limit_of(**more: Any) -> float:
 
 
 def test_no_element_changes_what_limits_another() -> None:
-    """Points at other heights, and a bumper ahead that nothing touches but in thought: each is
-    pressed by itself, and the limit stays that of the contact nodes."""
+    """Points at other heights, and a bumper that nothing touches: each is pressed by itself."""
     fender, alone = scene_of("base").forces["interface"], limit_of()
-    assert isinstance(fender, Fender)
+    assert isinstance(fender, hs.Fender)
     points = fender.points.copy()
     points[points[:, 0] > 0.0, 2] -= 0.3
-    soft = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e7]))
-    ahead = Plane((95.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
-    bumper = Fender("barge", np.array([[90.0, 0.0, 0.0]]), ahead, soft, Frictionless())
+    soft = straight_curve(1e7)
+    ahead = hs.Plane((95.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    bumper = hs.Fender("barge", np.array([[90.0, 0.0, 0.0]]), ahead, soft, hs.Frictionless())
     assert limit_of(interface=replace(fender, points=points)) == pytest.approx(alone, rel=1e-3)
     assert limit_of(bumper=bumper) == pytest.approx(alone, rel=1e-3)
 
@@ -282,14 +258,14 @@ def test_no_element_changes_what_limits_another() -> None:
 def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
     """Two free blocks of 2 and 4 t with a friction slope b = 6e4 N s/m between them: its rate is
     b (1 / m1 + 1 / m2) = 45 1/s where it sticks, mu N / b of that over the speed aside in slip."""
-    law = FrictionSlope(0.4, 6e4)
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]))
-    deck = Plane((0.0, 0.0, 0.5), (0.0, 0.0, 1.0), "below")
+    law = hs.FrictionSlope(0.4, 6e4)
+    curve = straight_curve(1e5)
+    deck = hs.Plane((0.0, 0.0, 0.5), (0.0, 0.0, 1.0), "below")
     bodies = [
         Body(name, mass, mass * np.eye(3), dofs=("surge", "sway"), centre_of_gravity=(0, 0, z))
         for name, mass, z in (("below", 4e3, 0.0), ("above", 2e3, 1.0))
     ]
-    foot = Fender("above", np.array([[0.0, 0.0, -0.5]]), deck, curve, law)
+    foot = hs.Fender("above", np.array([[0.0, 0.0, -0.5]]), deck, curve, law)
     blocks = Scene("", 1.0, tuple(bodies), forces={"foot": foot}, solver=Solver(step=0.01))
     limits = scene_step_limits(hs.compile_scene(blocks))
     assert limits[0].step == pytest.approx(2.7853 / 45.0, rel=0.01)
@@ -297,27 +273,43 @@ def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
 
 def feet(*places: tuple[float, float]) -> Compiled:
     """A free block of 2 t on equal feet of steel at these places below it, with friction."""
-    law = StickSlip(0.2, 0.1, stiffness=1e5, damping=1e3)
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]), damping=1e2)
+    law = hs.StickSlip(0.2, 0.1, stiffness=1e5, damping=1e3)
+    curve = straight_curve(1e5, damping=1e2)
     points = np.array([(x, y, -0.5) for x, y in places])
-    floor = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    floor = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     body = Body("block", 2e3, np.diag([2e3, 3e3, 4e3]), centre_of_gravity=(0, 0, 1.0))
-    forces = {"feet": Fender("block", points, floor, curve, law)}
+    forces = {"feet": hs.Fender("block", points, floor, curve, law)}
     return hs.compile_scene(Scene("", 1.0, (body,), forces=forces, solver=Solver(step=1e-4)))
 
 
 def test_of_equal_contacts_those_farthest_out_are_looked_at_alone() -> None:
-    """The farther out a foot, the more it moves under a load; so 100 feet need no more looks than
-    their corners, and have the same limit."""
+    """The farther out, the more a foot moves: 100 need no more looks than their corners."""
     grid = [(x, y) for x in np.linspace(-3.0, 3.0, 10) for y in np.linspace(-1.0, 2.0, 10)]
     many, corners = feet(*grid), feet(grid[0], grid[9], grid[-10], grid[-1])
     found = scene_combinations(many, each_alone=True)
     assert len(found) <= 3 + 2 * 3
-    assert fastest_alone(found) == pytest.approx(
-        fastest_alone(scene_combinations(corners, each_alone=True)), rel=1e-9
-    )
+    each = fastest_alone(scene_combinations(corners, each_alone=True))
+    assert fastest_alone(found) == pytest.approx(each, rel=1e-9)
 
 
 def fastest_alone(found: list[Combination]) -> float:
     """Largest rate [1/s] of the combinations with one contact alone."""
     return max(float(np.abs(x.values).max()) for x in found if "alone" in x.contact)
+
+
+# The limit said before a run is where runs diverge: a few scenes of `benchmarks.step_limits`.
+
+
+@pytest.mark.parametrize("convolved", [False, True])
+@pytest.mark.parametrize("seed", few([0, 16], 1))
+@pytest.mark.slow
+def test_runs_diverge_where_it_is_said(seed: int, convolved: bool) -> None:
+    """Limits of a contact node and of a friction slope: 5 % below none diverges, above one does."""
+    scene = stable_steps.random_scene(seed)
+    if convolved:
+        scene = stable_steps.with_radiation(scene, ConvolutionRadiation())
+    step = stable_steps.predicted(scene)
+    placed = [stable_steps.put(scene, place) for place in stable_steps.PLACES]
+    assert not any(stable_steps.diverges(each, 0.95 * step) for each in placed)
+    assert any(stable_steps.diverges(each, 1.05 * step) for each in placed)
+    assert not stable_steps.refused(scene)

@@ -1,7 +1,5 @@
 """Dry bodies for the tests, and rigid-body formulas that do not come from hydrosim."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -22,13 +20,8 @@ def rotation(angles: np.ndarray) -> np.ndarray:
 def rate_map(angles: np.ndarray) -> np.ndarray:
     """E: its columns are the axes about which roll, pitch and yaw turn, in the earth frame."""
     roll, pitch, yaw = np.eye(3)
-    return np.column_stack(
-        [
-            rotation([0.0, angles[1], angles[2]]) @ roll,
-            rotation([0.0, 0.0, angles[2]]) @ pitch,
-            yaw,
-        ]
-    )
+    level, upright = rotation([0.0, angles[1], angles[2]]), rotation([0.0, 0.0, angles[2]])
+    return np.column_stack([level @ roll, upright @ pitch, yaw])
 
 
 def skew(w: np.ndarray) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Bodies that turn without moments: conserved quantities, Euler's and Hamilton's equations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -11,16 +9,15 @@ import pytest
 import xarray as xr
 from dry_bodies import INERTIA, dry_body, rate_map, rotation, skew
 from numpy.testing import assert_allclose
-from scenes import table
+from scenes import straight_curve, table
 from scipy.integrate import solve_ivp
 
 from hydrosim import simulate
 from hydrosim.dofs import DOFS
-from hydrosim.elements import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
+from hydrosim.elements import AppliedForce, Fender, LinearMooring, Plane, StickSlip
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, Method, Scene, Solver
 
-Figure = Callable[[str, float], None]
 ORDERS = {Method.RK2: 2, Method.HEUN: 2, Method.RK4: 4}
 START = np.array([0.3, -0.2, 0.5])  # roll, pitch, yaw
 SPIN = np.array([0.3, 0.2, 2.0])  # mostly about the axis of the largest inertia: no tumbling
@@ -30,9 +27,8 @@ DURATION = 6.0
 def turning(step: float = 0.01, method: Method = Method.RK4, **changes: Any) -> Scene:
     """A free body with ``START`` and ``SPIN``, drifting along."""
     body = dry_body(position=(0, 0, 0, *START), velocity=(1.0, -2.0, 0.5, *SPIN))
-    return Scene(
-        "top", DURATION, (replace(body, **changes),), solver=Solver(method, step), output_step=0.1
-    )
+    bodies = (replace(body, **changes),)
+    return Scene("top", DURATION, bodies, solver=Solver(method, step), output_step=0.1)
 
 
 def angular_momentum(run: xr.Dataset) -> np.ndarray:
@@ -46,9 +42,7 @@ def observed_order(error: Callable[[float], float], step: float) -> float:
 
 
 @pytest.mark.parametrize("method", list(ORDERS))
-def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(
-    method: Method, figure: Figure
-) -> None:
+def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(method, figure):
     def momentum_error(step: float) -> float:
         momentum = angular_momentum(simulate(turning(step, method)))
         return float(np.abs(momentum - momentum[0]).max())
@@ -62,7 +56,7 @@ def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(
         assert order >= ORDERS[method] - 0.2  # 0.2: steps that are not infinitely small
 
 
-def test_rotation_by_eulers_equations(validated: Callable[..., None]) -> None:
+def test_rotation_by_eulers_equations(validated) -> None:
     """Against Euler's equations in the body frame, R' = R (omega x), by an 8th-order method."""
     R0, inverse = rotation(START), np.linalg.inv(INERTIA)
 
@@ -118,17 +112,12 @@ class Hamilton:
     [(0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)],
     ids=lambda f: "".join(map(str, f)),
 )
-def test_locked_angles(free: tuple[int, ...], figure: Figure) -> None:
+def test_locked_angles(free: tuple[int, ...], figure) -> None:
     """Against Hamilton's equations: one, two or three free angles; the locked stay for ever."""
     locked = [k for k in range(3) if k not in free]
     speed = np.array([0.5, 0.2, 1.5]) * np.isin(range(3), free)
-    run = simulate(
-        turning(
-            0.01,
-            dofs=tuple(DOFS[3 + k] for k in free),
-            velocity=(0, 0, 0, *rate_map(START) @ speed),
-        )
-    )
+    dofs, rates = tuple(DOFS[3 + k] for k in free), rate_map(START) @ speed
+    run = simulate(turning(0.01, dofs=dofs, velocity=(0, 0, 0, *rates)))
     equations = Hamilton(free)
     index = list(free)
     momentum = equations.mass(START) @ speed[index]
@@ -146,24 +135,16 @@ def test_locked_angles(free: tuple[int, ...], figure: Figure) -> None:
 
 
 def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
-    """Position (nt, 12) of two moored and pushed bodies, one dropped on the other, that start
-    ``size`` away from touching at rest.
-
-    The contact and its friction are homogeneous: forces double with the motion.
-    """
+    """Positions (nt, 12) of two moored bodies, ``size`` apart at rest; contact is homogeneous."""
     stiffness = np.diag([9.0, 8.0, 30.0, 40.0, 50.0, 20.0])
     stiffness[1, 3] = stiffness[3, 1] = 4.0
     push = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0, 2.0, -3.0, 1.0, 2.0, 0.5]])
     lower = dry_body(name="lower", velocity=tuple(size * np.array([1.0, 0.5, 0, 0.4, -0.3, 0.6])))
     upper = dry_body(name="upper", mass=3.0, position=tuple(size * np.array([0, 0, 1.0, 0, 0, 0])))
     corners = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
-    fender = Fender(
-        "upper",
-        corners,
-        Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="lower"),
-        NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 20.0]), damping=1.0),
-        StickSlip(static=0.3, kinetic=0.2, stiffness=100.0, damping=2.0, slip_damping=1.0),
-    )
+    deck = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="lower")
+    law = StickSlip(static=0.3, kinetic=0.2, stiffness=100.0, damping=2.0, slip_damping=1.0)
+    fender = Fender("upper", corners, deck, straight_curve(20.0, damping=1.0), law)
     forces = {
         "lower": LinearMooring("lower", stiffness, 0.1 * stiffness),
         "upper": LinearMooring("upper", stiffness),
@@ -177,7 +158,7 @@ def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
     return run.position.values.reshape(-1, 12)
 
 
-def test_linear_kinematics_is_the_limit_of_small_motions(figure: Figure) -> None:
+def test_linear_kinematics_is_the_limit_of_small_motions(figure) -> None:
     """The difference to exact kinematics is of second order in the size of the motion."""
 
     def difference(size: float) -> float:

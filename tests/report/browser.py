@@ -1,7 +1,5 @@
 """A headless Chromium without a network, as the tests of pages use it."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,8 +1,6 @@
 """Numbers on the terminal, on a page, in a table and beside the axes of a picture are the numbers
 of the result, in the units that the case wrote."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """The drawing of the arrangement: to scale, turned as bodies are, names as they are."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree
 

@@ -1,7 +1,5 @@
 """Pages of reports in a real browser: nothing of a case runs, nothing is loaded, all is drawn."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

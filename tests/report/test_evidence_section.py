@@ -1,7 +1,5 @@
 """Lines of evidence in reports: those about what a scene uses, and no others."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Joints in pictures, drawings and replays: at their places, and with their bodies."""
 
-from __future__ import annotations
-
 from base64 import b64decode
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Tables laid out: where units stand, decimals that line up, what has no number."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Terminal, notebook and page: each shows every kind of node, and every text as it is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from io import StringIO
 

@@ -1,7 +1,5 @@
 """What a replay draws: hulls, waves, places; and what it says where it cannot."""
 
-from __future__ import annotations
-
 from base64 import b64decode
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Reports of comparisons: of a run with a recording, and of two sets of runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -110,7 +108,7 @@ def test_files_of_other_kinds_are_refused_in_words(tmp_path: Path) -> None:
     xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "a.nc")
     (tmp_path / "b.nc").write_text("text")
     for name, why in (("a.nc", "is netCDF without"), ("b.nc", "cannot be read"), ("c.nc", "no su")):
-        with pytest.raises(InputError, match=f"{why}.*`hydrosim run`, `sweep`, `operability` or"):
+        with pytest.raises(InputError, match=f"{why}.*`hydrosim run`, `study` or"):
             report_of(tmp_path / name)
 
 

@@ -1,7 +1,5 @@
 """Reports of studies and of limits of operation."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

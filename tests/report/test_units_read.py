@@ -1,7 +1,5 @@
 """In which unit people read what is in SI: by what a case wrote, composed of the units of parts."""
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -22,51 +20,33 @@ FEET = Units({"m": "foot", "N": "MN", "rad": "rad"})
 DEGREE = 180.0 / math.pi
 
 
-@pytest.mark.parametrize(
-    ("unit", "read", "factor"),
-    [
-        ("", "", 1.0),
-        ("1", "", 1.0),
-        ("s", "s", 1.0),
-        ("N", "kN", 1e-3),
-        ("kg", "t", 1e-3),
-        ("rad", "deg", DEGREE),
-        ("N m", "kN m", 1e-3),
-        ("N s/m", "kN s/m", 1e-3),
-        ("N m s/rad", "kN m s/deg", 1e-3 / DEGREE),
-        ("kg m^2", "t m^2", 1e-3),
-        ("kg/m^3", "t/m^3", 1e-3),
-        ("rad/s", "deg/s", DEGREE),
-        ("rad/m", "deg/m", DEGREE),
-        ("m/m", "m/m", 1.0),
-        ("share", "%", 100.0),
-        ("J", "MJ", 1e-6),
-        ("kg/s", "t/hour", 3.6),
-        ("furlong", "furlong", 1.0),
-    ],
-)
-def test_usual_units(unit: str, read: str, factor: float) -> None:
-    shown = DEFAULT.display_unit(unit)
-    assert shown.unit == read
-    assert shown.factor == pytest.approx(factor, rel=1e-12)
+USUAL = [
+    *(("", "", 1.0), ("1", "", 1.0), ("s", "s", 1.0), ("m/m", "m/m", 1.0), ("share", "%", 100.0)),
+    *(("N", "kN", 1e-3), ("N m", "kN m", 1e-3), ("N s/m", "kN s/m", 1e-3)),
+    *(("kg", "t", 1e-3), ("kg m^2", "t m^2", 1e-3), ("kg/m^3", "t/m^3", 1e-3)),
+    *(("rad", "deg", DEGREE), ("rad/s", "deg/s", DEGREE), ("rad/m", "deg/m", DEGREE)),
+    *(("N m s/rad", "kN m s/deg", 1e-3 / DEGREE), ("J", "MJ", 1e-6), ("kg/s", "t/hour", 3.6)),
+    ("furlong", "furlong", 1.0),
+]
+IN_TONNES = [
+    *(("N", "tf", 1.0 / 9810.0), ("N m", "tf m", 1.0 / 9810.0), ("kg", "kg", 1.0)),
+    *(("kg m^2", "kg m^2", 1.0), ("rad", "deg", DEGREE)),
+]
+IN_FEET = [
+    *(("m^3", "foot^3", 0.3048**-3), ("N m", "MN foot", 1e-6 / 0.3048)),
+    *(("N/m", "MN/foot", 1e-6 * 0.3048), ("rad", "rad", 1.0), ("share", "%", 100.0)),
+]
 
 
 @pytest.mark.parametrize(
     ("units", "unit", "read", "factor"),
     [
-        (TONNES, "N", "tf", 1.0 / 9810.0),
-        (TONNES, "N m", "tf m", 1.0 / 9810.0),
-        (TONNES, "kg", "kg", 1.0),
-        (TONNES, "kg m^2", "kg m^2", 1.0),
-        (TONNES, "rad", "deg", DEGREE),
-        (FEET, "m^3", "foot^3", 0.3048**-3),
-        (FEET, "N m", "MN foot", 1e-6 / 0.3048),
-        (FEET, "N/m", "MN/foot", 1e-6 * 0.3048),
-        (FEET, "rad", "rad", 1.0),
-        (FEET, "share", "%", 100.0),
+        (units, *row)
+        for units, table in ((DEFAULT, USUAL), (TONNES, IN_TONNES), (FEET, IN_FEET))
+        for row in table
     ],
 )
-def test_chosen_units(units: Units, unit: str, read: str, factor: float) -> None:
+def test_usual_and_chosen_units(units: Units, unit: str, read: str, factor: float) -> None:
     shown = units.display_unit(unit)
     assert shown.unit == read
     assert shown.factor == pytest.approx(factor, rel=1e-12)

@@ -1,7 +1,5 @@
 """Channels by name: those that follow from what is recorded, against a motion in closed form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -131,7 +129,14 @@ def test_what_accelerations_need_is_said() -> None:
 def test_a_capacity_that_is_exceeded_is_told(capacity: float, told: int) -> None:
     """A line of 1e5 N/m, 1 m longer than without load, on a body that is held."""
     table = np.array([0.0, 1.0])
-    line = Spring("block", (0, 0, 0), (5.0, 0, 0), 4.0, table, 1e5 * table, capacity=capacity)
+    line = Spring(
+        "block",
+        (0, 0, 0),
+        (5.0, 0, 0),
+        4.0,
+        curve=hs.TensionCurve(table, 100000.0 * table),
+        capacity=capacity,
+    )
     held = scene(block(1e9, ("surge",)), {"line": line}, 0.2, 0.1, step=0.01)
     summary = str(run_document(hs.simulate(held)))
     assert summary.count("line carried 100 kN at 0 s, more than its capacity of 90 kN") == told
@@ -148,8 +153,17 @@ def test_capacities_of_a_case_are_those_of_its_units() -> None:
     forces = {
         "pad": replace(pad, capacity=3e6),
         "other": on_floor(1e7, law),
-        "line": Spring("block", (0, 0, 0), (5.0, 0, 0), 4.0, line, 1e5 * line, capacity=2e5),
-        "slack": Spring("block", (0, 0, 0), (-5.0, 0, 0), 9.0, line, 1e5 * line),
+        "line": Spring(
+            "block",
+            (0, 0, 0),
+            (5.0, 0, 0),
+            4.0,
+            curve=hs.TensionCurve(line, 100000.0 * line),
+            capacity=200000.0,
+        ),
+        "slack": Spring(
+            "block", (0, 0, 0), (-5.0, 0, 0), 9.0, curve=hs.TensionCurve(line, 100000.0 * line)
+        ),
     }
     body = block(1e5, ("surge", "heave"), position=moving(heave=-0.1))
     run = hs.simulate(scene(body, forces, 0.5, 0.1, step=0.01))

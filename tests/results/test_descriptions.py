@@ -1,7 +1,5 @@
 """Every variable of a result says what it is and in which unit, for readers with xarray alone."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import re
@@ -43,21 +41,10 @@ environment:
     - {spectrum: jonswap, significant_height: 1 m, peak_period: 5 s, seed: 3, repeat_period: 200 s}
     - {spectrum: jonswap, significant_height: 1 m, peak_period: 9 s, seed: 4, repeat_period: 200 s}
 forces:
-  push:
-    type: applied_force
-    body: block
-    frame: earth
-    point: [0, 0, 0]
-    time: [0 s, 5 s, 30 s]
-    force: {surge: [0 kN, 2 kN, 1 kN]}
-  rope:
-    type: spring
-    body: block
-    point: [0 m, 0 m, 0 m]
-    anchor: [-20 m, 0 m, 0 m]
-    length: 19.9 m
-    stiffness: 10 kN/m
-    capacity: 5 kN
+  push: {type: applied_force, body: block, frame: earth, point: [0, 0, 0],
+         time: [0 s, 5 s, 30 s], force: {surge: [0 kN, 2 kN, 1 kN]}}
+  rope: {type: spring, body: block, point: [0 m, 0 m, 0 m], anchor: [-20 m, 0 m, 0 m],
+         length: 19.9 m, stiffness: 10 kN/m, capacity: 5 kN}
 solver: {method: rk4, step: 0.05 s}
 output: {step: 0.5 s, impulses: true}
 """

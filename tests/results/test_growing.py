@@ -1,7 +1,5 @@
 """Runs on their way are read from their folder: whole ones, whatever else is there."""
 
-from __future__ import annotations
-
 import json
 from functools import partial
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Impulses and works that ride along: they sum to the changes of momentum and energy; what contacts
 did, mode by mode, is the force of their element, and friction in slip is mu_k N along the slip."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,15 +9,7 @@ import xarray as xr
 from scenes import FLOOR, block, moving, on_floor, scene, steady, table, with_step
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    Plane,
-    StickSlip,
-)
+from hydrosim.elements import Harmonic
 from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.scene import LinearScenes, Scene, Start
 from hydrosim.statistics.explain import COVARIANCE, DIRECTION, SLIP_DAMPING, WHOLE_RUN, explain_run
@@ -27,7 +17,7 @@ from hydrosim.statistics.explain import COVARIANCE, DIRECTION, SLIP_DAMPING, WHO
 MASS, WEIGHT = 1e5, 9.81e5
 MU_S, MU_K, C3 = 0.3, 0.2, 4e4
 FEET = ((3.0, 2.0, -1.0), (3.0, -2.0, -1.0), (-3.0, 0.0, -1.0))
-LAW = StickSlip(MU_S, MU_K, stiffness=2e7, damping=4e5, slip_damping=C3)
+LAW = hs.StickSlip(MU_S, MU_K, stiffness=2e7, damping=4e5, slip_damping=C3)
 ROUNDING = 1e-12  # of the largest of what is added
 
 
@@ -44,10 +34,10 @@ def sliding() -> Scene:
     }
     forces = {
         "weight": steady("top", heave=-WEIGHT),
-        "feet": on_floor(1e7, LAW, FEET, Plane((0, 0, -1.0), (0, 0, 1), "deck"), "top"),
-        "springs": LinearMooring("deck", held, lossy),
+        "feet": on_floor(1e7, LAW, FEET, hs.Plane((0, 0, -1.0), (0, 0, 1), "deck"), "top"),
+        "springs": hs.LinearMooring("deck", held, lossy),
         "carried": steady("deck", heave=WEIGHT),
-        "shake": AppliedForce("top", (0.0, 0.0, 0.5), shake),
+        "shake": hs.AppliedForce("top", (0.0, 0.0, 0.5), shake),
     }
     found = scene((top, deck), forces, 12.0, 0.1, step=0.01)
     return replace(found, output_impulses=True, output_accelerations=True)
@@ -119,7 +109,7 @@ def test_friction_in_slip(run: xr.Dataset) -> None:
 def test_slip_is_where_the_node_goes() -> None:
     """On a plane at rest the node moves in slip alone."""
     forces = dict(
-        sliding().forces, feet=on_floor(1e7, LAW, FEET, Plane((0, 0, -1), (0, 0, 1)), "top")
+        sliding().forces, feet=on_floor(1e7, LAW, FEET, hs.Plane((0, 0, -1), (0, 0, 1)), "top")
     )
     top = sliding().bodies[0]
     forces = {name: e for name, e in forces.items() if e.body == "top"}
@@ -141,9 +131,9 @@ def test_rigid_friction_is_in_stick() -> None:
     press = table([0.0, 1.0, 1.0001, 2.0], [moving(surge=x * WEIGHT) for x in (0.1, 0.1, 0.5, 0.5)])
     body = block(MASS, ("surge", "heave"), position=moving(heave=-WEIGHT / 1e7))
     forces = {
-        "floor": on_floor(1e7, Coulomb(MU_S, MU_K)),
+        "floor": on_floor(1e7, hs.Coulomb(MU_S, MU_K)),
         "weight": steady(heave=-WEIGHT),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), press),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), press),
     }
     run = hs.simulate(replace(scene(body, forces, 2.0, 0.1, step=0.01), output_impulses=True))
     at_one = run.sel(time=1.0)
@@ -158,9 +148,9 @@ def test_rigid_friction_is_in_stick() -> None:
 def test_a_slope_is_less_than_coefficient_times_load() -> None:
     """What friction in slip is less than mu_k N is left to see: b |v| is not yet mu N."""
     body = block(MASS, ("surge",))
-    feet = on_floor(1e7, FrictionSlope(MU_K, 1e6))
+    feet = on_floor(1e7, hs.FrictionSlope(MU_K, 1e6))
     forces = {"floor": replace(feet, plane=replace(FLOOR, point=(0, 0, WEIGHT / 1e7)))}
-    forces["push"] = AppliedForce("block", (0, 0, 0), {"surge": Harmonic(1e5, 2.0)})
+    forces["push"] = hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(1e5, 2.0)})
     run = hs.simulate(replace(scene(body, forces, 5.0, 0.1, step=0.01), output_impulses=True))
     d = gained(run)
     slip = d.contact_friction.sel(contact_mode="slip", axis="x")
@@ -200,7 +190,7 @@ def test_a_run_that_goes_on_counts_on(run: xr.Dataset) -> None:
 def test_linear_scenes_are_stepped_for_it() -> None:
     """And say so."""
     body = block(MASS, ("surge",))
-    forces = {"push": AppliedForce("block", (0, 0, 0), {"surge": Harmonic(1e5, 2.0)})}
+    forces = {"push": hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(1e5, 2.0)})}
     found = replace(scene(body, forces, 5.0, 0.1), output_impulses=True)
     linear = replace(found, solver=replace(found.solver, linear=LinearScenes.EXACT))
     said = str(hs.simulate(linear).attrs["solver_linear"])

@@ -1,7 +1,5 @@
 """The dataset of a run: what is in it, what it says of itself, and its file."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path

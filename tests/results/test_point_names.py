@@ -1,7 +1,5 @@
 """Points and bodies may be called as they please: nobody takes their names apart."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

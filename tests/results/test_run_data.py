@@ -1,7 +1,5 @@
 """`RunData` reads as the `xarray.Dataset` of the same content, and writes the same file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

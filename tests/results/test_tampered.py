@@ -1,7 +1,5 @@
 """Results that were changed after they were written are refused with the name of what is wrong."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +12,7 @@ import xarray as xr
 from scenes import block, scene
 
 import hydrosim as hs
-from hydrosim.cli.terminal import tells_absent_variables
+from hydrosim.cli.terminal import tell_absent_variables
 from hydrosim.errors import InputError
 from hydrosim.report.document import replay_of, report_of
 from hydrosim.results import dataset
@@ -127,14 +125,15 @@ def test_sets_of_runs_with_the_same_names_are_refused(tmp_path: Path) -> None:
 def test_a_variable_that_a_command_lacks_is_told(
     written: Path, look: Callable[[xr.Dataset], object]
 ) -> None:
-    @tells_absent_variables
-    def show(run_file: Path) -> None:
-        look(dataset.read_run(run_file))
-
-    with pytest.raises(InputError, match=r"run\.nc: found no variable slip, which .*was changed"):
-        show(run_file=written)
+    run = dataset.read_run(written)
+    with (
+        pytest.raises(InputError, match=r"run\.nc: found no variable slip, which .*was changed"),
+        tell_absent_variables([written]),
+    ):
+        look(run)
 
 
 def test_other_errors_of_a_command_stay() -> None:
-    with pytest.raises(KeyError, match="slip"):
-        tells_absent_variables(lambda run_file: {}["slip"])(run_file=Path("run.nc"))
+    nothing: dict[str, int] = {}
+    with pytest.raises(KeyError, match="slip"), tell_absent_variables([Path("run.nc")]):
+        nothing["slip"]

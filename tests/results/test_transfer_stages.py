@@ -1,7 +1,5 @@
 """A weight that goes from legs to pads and back: stages, points and clearances, by hand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,16 +9,7 @@ from reading import number, row
 from scenes import block, moving, scene, steady, table
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    Landing,
-    NormalCurve,
-    Plane,
-    Seats,
-    linear_mooring,
-)
+from hydrosim.elements import linear_mooring
 from hydrosim.elements.contact.group import GROUP_STATES as GROUP_STATES
 from hydrosim.errors import InputError
 from hydrosim.report.charts.pictures import PICTURES
@@ -32,7 +21,7 @@ from hydrosim.statistics.explain import WHOLE_RUN, explain_run
 MASS, WEIGHT = 1e5, 9.81e5
 K = 1e7  # N/m of each: legs together, pads together
 CORNERS = np.array([[x, y, -2.0] for x in (-5.0, 5.0) for y in (-4.0, 4.0)])
-LINE = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, K / 4]))
+LINE = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, K / 4]))
 
 
 def removal(rate: float = 1e3, lift: float = 3.0) -> Scene:
@@ -52,13 +41,13 @@ def removal(rate: float = 1e3, lift: float = 3.0) -> Scene:
     stiff[2, 2], damping[2, 2] = 2e6, 2e6
     push = table([0.0, 1000.0], [np.zeros(6), moving(heave=lift * WEIGHT)])
     forces = {
-        "leg": Landing("top", CORNERS, Seats(CORNERS), LINE, Frictionless(), group="legs"),
-        "pad": Fender(
-            "barge", CORNERS, Plane((0, 0, -2.0), (0, 0, -1), "top"), LINE, Frictionless()
+        "leg": hs.Landing("top", CORNERS, hs.Seats(CORNERS), LINE, hs.Frictionless(), group="legs"),
+        "pad": hs.Fender(
+            "barge", CORNERS, hs.Plane((0, 0, -2.0), (0, 0, -1), "top"), LINE, hs.Frictionless()
         ),
         "water": linear_mooring.LinearMooring("barge", stiff, damping),
-        "sink": AppliedForce("barge", (0.0, 0.0, 0.0), table([0.0], [moving(heave=-1e6)])),
-        "lift": AppliedForce("barge", (0.0, 0.0, 0.0), push),
+        "sink": hs.AppliedForce("barge", (0.0, 0.0, 0.0), table([0.0], [moving(heave=-1e6)])),
+        "lift": hs.AppliedForce("barge", (0.0, 0.0, 0.0), push),
     }
     run = scene((top, barge), forces, 1000.0, 1.0, step=0.05)
     return replace(run, clearances={"gap": Clearance("keel of top", "deck of barge")})
@@ -148,7 +137,7 @@ def test_points_of_a_body_that_turns(kinematics):
     angles = moving(surge=1.0, roll=0.2, pitch=-0.1, yaw=0.3)
     ship = block(1.0, (), "ship", position=angles, points={"bow": (3.0, 1.0, -0.5)})
     other = block(1.0, ("surge",), "other", position=moving(pitch=0.2))
-    plane = Clearance("bow of ship", None, Plane((1.0, 0.0, 0.5), (0.0, 0.0, 2.0), "other"))
+    plane = Clearance("bow of ship", None, hs.Plane((1.0, 0.0, 0.5), (0.0, 0.0, 2.0), "other"))
     solver = Solver(step=0.1, kinematics=kinematics, linear=still)
     at = Scene("points", 0.2, (ship, other), solver=solver, output_step=0.1)
     run = hs.simulate(replace(at, clearances={"over": plane}))
@@ -168,9 +157,7 @@ def test_points_of_a_body_that_turns(kinematics):
 
 def test_a_clearance_of_nothing_is_refused():
     bad = replace(removal(), clearances={"gap": Clearance("mast of top", "deck of barge")})
-    with pytest.raises(
-        InputError, match=r"clearances\.gap\.of: found mast of top; expected one of"
-    ):
+    with pytest.raises(InputError, match=r"clearances\.gap\.of: found mast of top; expected one"):
         hs.compile_scene(bad)
 
 
@@ -185,7 +172,7 @@ def test_recontacts_their_number_force_and_speed():
         position=moving(heave=-WEIGHT / K),
         velocity=moving(heave=2.0),
     )
-    legs = Landing("top", CORNERS, Seats(CORNERS), LINE, Frictionless())
+    legs = hs.Landing("top", CORNERS, hs.Seats(CORNERS), LINE, hs.Frictionless())
     run = hs.simulate(scene(top, {"legs": legs}, 3.0, 0.05, step=0.002))
     found = xr.Dataset(stages(run)).sel(contact_group="legs")
     y = WEIGHT / K
@@ -215,7 +202,9 @@ def test_records_seldom_or_often_tell_the_same():
 
 def bouncing(**contact: object) -> Scene:
     """A block that falls on a fender from 0.3 m, and bounces without loss."""
-    feet = Fender("block", CORNERS, Plane((0, 0, -2.0), (0, 0, 1)), LINE, Frictionless(), **contact)
+    feet = hs.Fender(
+        "block", CORNERS, hs.Plane((0, 0, -2.0), (0, 0, 1)), LINE, hs.Frictionless(), **contact
+    )
     body = block(MASS, ("heave",), position=moving(heave=0.3))
     return scene(body, {"feet": feet, "pull": steady(heave=-WEIGHT)}, 2.5, 0.25, step=0.002)
 
@@ -245,7 +234,7 @@ def test_a_plain_fender_tells_its_impacts_where_it_has_a_group():
 def test_nothing_is_transferred_before_the_first_contact():
     """The mean over a minute looks ahead: it is above all parts before a short fall ends."""
     top = block(MASS, ("heave",), "top", weight=Weight.CARRIED, position=moving(heave=0.3))
-    legs = Landing("top", CORNERS, Seats(CORNERS), LINE, Frictionless())
+    legs = hs.Landing("top", CORNERS, hs.Seats(CORNERS), LINE, hs.Frictionless())
     times = hs.simulate(scene(top, {"legs": legs}, 20.0, 0.5, step=0.002)).stage_time.values[0]
     assert times[0] == pytest.approx(np.sqrt(0.6 / 9.81), abs=1e-9)
     assert np.all(times[1 : 1 + len(TRANSFER_FRACTIONS)] == times[0])

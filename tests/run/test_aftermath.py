@@ -1,7 +1,5 @@
 """What a run says of bodies that were not where their loads are for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import radians
 
@@ -12,28 +10,17 @@ from scenes import ROOT, SEA, block, in_waves, moving, scene, scene_of, with_bod
 
 import hydrosim as hs
 from hydrosim.elements import CurrentLoad, LinearMooring
-from hydrosim.scene import (
-    Environment,
-    Kinematics,
-    Place,
-    RadiationModel,
-    Scene,
-    SecondOrder,
-    Stream,
-    Tank,
-    TankTable,
-    WaveForces,
-    WaveTrain,
-    Weight,
-)
+from hydrosim.scene import Kinematics, Place, RadiationModel, SecondOrder, TankTable, Weight
 
 SWELL = replace(SEA, peak_period=15.0)  # its loads are known between headings 15 deg apart
 
 
-def abeam(place: Place, **changes: object) -> Scene:
+def abeam(place: Place, **changes: object) -> hs.Scene:
     """The barge without its mooring, in waves abeam."""
-    scene = in_waves(scene_of("free_floating"), WaveTrain(SWELL, heading=radians(90.0), ramp=20.0))
-    loads = WaveForces(headings=place, position=place)
+    scene = in_waves(
+        scene_of("free_floating"), hs.WaveTrain(SWELL, heading=radians(90.0), ramp=20.0)
+    )
+    loads = hs.WaveForces(headings=place, position=place)
     return replace(with_body(scene, wave_forces=loads, **changes), forces={}, duration=100.0)
 
 
@@ -89,7 +76,7 @@ def test_coupled_bodies_that_come_apart() -> None:
         for name, k, y, u in (("port", 1, 7.0, 0.2), ("starboard", 2, -7.0, 0.0))
     )
     scene = replace(abeam(Place.MEAN), bodies=(one, other), duration=20.0)
-    scene = replace(scene, environment=Environment())
+    scene = replace(scene, environment=hs.Environment())
     assert "waves between them for their places at rest, 14 m apart" in said(hs.simulate(scene))
     still = replace(scene, bodies=(replace(one, velocity=(0.0,) * 6), other))
     assert "coupled" not in said(hs.simulate(still))
@@ -99,7 +86,7 @@ def test_coupled_bodies_that_come_apart() -> None:
 def test_angles_that_are_not_small(roll: float, warned: bool) -> None:
     scene = abeam(Place.MEAN, position=moving(roll=radians(roll)))
     small = replace(scene, solver=replace(scene.solver, kinematics=Kinematics.LINEAR))
-    calm = replace(small, environment=Environment())
+    calm = replace(small, environment=hs.Environment())
     assert ("solver.kinematics: linear assumes small angles" in said(hs.simulate(calm))) == warned
 
 
@@ -111,7 +98,7 @@ def test_munks_moment_beside_coefficients_is_said() -> None:
         headings=np.radians([0.0, 90.0, 180.0, 270.0]),
         **{name: np.array([0.0, 1.0, 0.0, -1.0]) for name in ("surge", "sway", "yaw")},
     )
-    scene = replace(abeam(Place.MEAN), environment=Environment(current=Stream(1.0, 0.3)))
+    scene = replace(abeam(Place.MEAN), environment=hs.Environment(current=hs.Stream(1.0, 0.3)))
     compiled = hs.compile_scene(replace(scene, forces={"current": load}))
     A = compiled.model.added_mass
     (line,) = (text for text in compiled.notes.meetings if "Munk" in text)
@@ -127,7 +114,7 @@ def test_a_table_whose_surface_met_the_bottom_is_told(level: float, warned: bool
     centroid = np.stack([0.0 * levels, 0.0 * levels, 0.5 * levels], axis=1)
     surface = np.tile([2.0**3 * 4.0 / 12.0, 0.0, 2.0 * 4.0**3 / 12.0], (4, 1))
     table = TankTable(levels, 8.0 * levels, centroid, surface)
-    body = block(2e4, weight=Weight.CARRIED, tanks=(Tank("wing", table, level),))
+    body = block(2e4, weight=Weight.CARRIED, tanks=(hs.Tank("wing", table, level),))
     line = {"line": LinearMooring("block", np.diag([1e5, 1e5, 1e5, 1e6, 1e6, 1e6]))}
     run = hs.simulate(scene(replace(body, position=moving(roll=0.2)), line, 2.0, 0.1, step=0.01))
     words = (

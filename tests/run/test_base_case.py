@@ -1,7 +1,5 @@
 """The reverse float-over of the thesis: what must come out of it for any seed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A run that is stopped on its way and goes on comes to the same result, to the bit."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace

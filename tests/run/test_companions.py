@@ -1,7 +1,5 @@
 """Each run measures its error against a companion, and says what it found."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Convergence studies: observed orders, the reference's own error, refusals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Cases by which errors of runs are judged, and the norm and the questions of the judge."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

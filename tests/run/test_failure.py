@@ -1,7 +1,5 @@
 """Messages of runs that cannot continue."""
 
-from __future__ import annotations
-
 import pytest
 
 from hydrosim.integrate.state import CHATTERING, NOT_FINITE, STEP_TOO_SMALL

@@ -1,7 +1,5 @@
 """Memory that a long run takes, over the size of its dataset."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

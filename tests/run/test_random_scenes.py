@@ -1,7 +1,5 @@
 """Random scenes with contacts, a few of those that `benchmarks.scene_trials` runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

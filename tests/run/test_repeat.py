@@ -1,7 +1,5 @@
 """A run made again from the case that it holds is identical, but for the text of the case."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

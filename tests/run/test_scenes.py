@@ -1,7 +1,5 @@
 """Scenes of dry bodies: their natural modes, and who is named when one of several fails."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf
 

@@ -1,7 +1,5 @@
 """`simulate`: the sea it makes, what it repeats, how it fails and how it is interrupted."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi
 

@@ -1,7 +1,5 @@
 """Studies in stages: a block that is driven by the recorded mooring force of another."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable

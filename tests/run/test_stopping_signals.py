@@ -3,8 +3,6 @@
 A run that is stopped and goes on comes to the result of one that was never stopped, to the bit.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
@@ -32,7 +30,7 @@ from hydrosim.run.checkpoint import Checkpoint
 
 SCENE = in_contact(20.0)
 PUSHED = replace(
-    SCENE, forces={**SCENE.forces, "push": hs.External("barge", lambda t, _: [1e5, 0, 0, 0, 0, 0])}
+    SCENE, forces={**SCENE.forces, "push": hs.UserForce("barge", lambda t, _: [1e5, 0, 0, 0, 0, 0])}
 )
 DOORS = 31  # roots of a run with a contact, about
 MOMENTS = 12
@@ -141,11 +139,7 @@ def test_an_exception_that_is_lost_at_a_door_tears_the_step(
     """As of a handler of Python's own, in a notebook: machine code finds the door empty."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     run, count = stopped_at(
-        linking._open.__code__,
-        number,
-        tmp_path,
-        SCENE,
-        lambda: signal.raise_signal(signal.SIGINT),
+        linking._open.__code__, number, tmp_path, SCENE, lambda: signal.raise_signal(signal.SIGINT)
     )
     if count < number:
         pytest.skip(f"the run opens {count} doors")

@@ -1,7 +1,5 @@
 """Step limits and periods of bodies whose mass changes: at the start, at the end, in between."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

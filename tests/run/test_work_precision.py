@@ -1,7 +1,5 @@
 """Errors asked, said and true: scenes of `benchmarks.work_precision`, a few in every run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import isnan
 from pathlib import Path

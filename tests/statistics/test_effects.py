@@ -1,8 +1,6 @@
 """Tables of studies: intervals that hold what they promise, differences and indices of functions
 that are known in closed form."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

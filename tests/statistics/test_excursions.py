@@ -1,7 +1,5 @@
 """Excursions by a spectrum against largest values of random records of that spectrum."""
 
-from __future__ import annotations
-
 from math import exp, log, pi, sqrt
 
 import numpy as np

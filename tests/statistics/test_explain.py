@@ -1,8 +1,6 @@
 """`explain_run` against records made by hand: a point that slips to and fro, under a load that is
 larger one way, and for longer that way."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

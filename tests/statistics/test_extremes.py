@@ -4,8 +4,6 @@ A hundred or so of each kind; `benchmarks/answered.md` has 4000. Bounds are what
 to 0.92, with three standard errors of a share of so many.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

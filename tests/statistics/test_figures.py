@@ -1,7 +1,5 @@
 """Figures of a run: statistics of its channels, of all times and of a phase."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

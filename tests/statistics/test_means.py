@@ -1,7 +1,5 @@
 """Means of forces that change between records: by impulses, and told."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What the order of runs says of another, drawn from laws of all kinds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Peaks and Weibull's law of them, against scipy's fit and known laws."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Results of stages and of why a body moved, against what the run's own variables say."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -111,23 +109,12 @@ def test_why_a_body_moved_is_what_is_explained_of_it() -> None:
     [
         (StageResult("a", "recontacts", "feet"), "group feet; expected one of these groups: floor"),
         (StageResult("a", "recontacts"), "no group of contacts in the run records its stages"),
-        (
-            MotionCauseResult("a", "displacement", body="tug"),
-            "found the body tug; expected one of these bodies",
-        ),
-        (
-            MotionCauseResult("a", "mean_force", force="line"),
-            "found the force line; expected one of:",
-        ),
-        (
-            MotionCauseResult("a", "friction", stage="open to separated"),
-            "found the stage open to sep",
-        ),
+        (MotionCauseResult("a", "displacement", body="tug"), "found the body tug; expected one of"),
+        (MotionCauseResult("a", "mean_force", force="line"), "the force line; expected one of:"),
+        (MotionCauseResult("a", "friction", stage="open to separated"), "the stage open to sep"),
     ],
 )
-def test_what_a_run_has_not_is_a_message(
-    asked: StageResult | MotionCauseResult, words: str
-) -> None:
+def test_what_a_run_lacks_is_a_message(asked: StageResult | MotionCauseResult, words: str) -> None:
     run = hs.simulate(replace(dragged(), duration=1.0))
     with pytest.raises(InputError, match=words):
         figure_of(run, asked)

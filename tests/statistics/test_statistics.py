@@ -1,7 +1,5 @@
 """Statistics of records whose figures are known; what is said of those that have no extremes."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 
@@ -368,5 +366,5 @@ def test_what_has_no_law_is_told_with_what_to_do() -> None:
     x[5000] = 300.0
     said = texts(nodes(statistics(record(time, heave=x))))
     assert any(line.startswith("barge heave") and line.endswith("run 19 seeds.") for line in said)
-    assert "`hydrosim sweep STUDY.yaml`" in said[-1]
+    assert "`hydrosim study STUDY.yaml`" in said[-1]
     assert "`seeds: 1-19`" in said[-1]

@@ -1,13 +1,12 @@
 """Workability and waiting: a hindcast whose windows are known, the table of alpha factors that is
 printed in DNV-OS-H101, tables and netCDF as wavespectra writes them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from text_tables import rows
 
 from hydrosim.errors import InputError
 from hydrosim.files.text import Source
@@ -165,13 +164,13 @@ def test_tables(tmp_path: Path) -> None:
 
 def test_a_table_with_dates_and_directions(tmp_path: Path) -> None:
     path = tmp_path / "hindcast.csv"
-    rows = "2020-02-28T21:00Z, 1, 8, 350\n2020-02-29 00:00, 2, 9, 10\n"
-    path.write_text("time, hs, tp, mwd [deg]\n" + rows)
+    records = "2020-02-28T21:00Z, 1, 8, 350\n2020-02-29 00:00, 2, 9, 10\n"
+    path.write_text("time, hs, tp, mwd [deg]\n" + records)
     hindcast = read_hindcast(Source(path))
     assert hindcast.time.tolist() == [0, 3 * 3600]
     assert hindcast.date == np.datetime64("2020-02-28T21:00")
     assert hindcast.coming == pytest.approx(np.radians([350, 10]))
-    path.write_text("time, hs, tp, dir\n" + rows)
+    path.write_text("time, hs, tp, dir\n" + records)
     assert read_hindcast(Source(path)).coming == pytest.approx(np.radians([350, 10]))
 
 
@@ -259,51 +258,34 @@ def test_spectra_over_a_part_of_the_circle_are_refused(tmp_path: Path) -> None:
     assert read_hindcast(Source(whole)).height == pytest.approx(4.0 * np.sqrt(0.2 * 360.0))
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("a, b\n1, 2\n3, 4\n", "expected time, hs and tp"),
-        ("time, hs, tp\n0, 1, 8\n0, 1, 8\n", "expected it to rise"),
-        ("time [m], hs, tp\n0, 1, 8\n1, 1, 8\n", "expected it in s"),
-        ("time, hs, tp\n0, -1, 8\n1, 1, 8\n", "a height of -1 in record 1"),
-        (
-            "time, hs, tp\n2020-13-01, 1, 8\n",
-            ':2: found "2020-13-01"; expected a number, or a date',
-        ),
-        ("time, hs, tp\n2020-01-01, 1, 8\n01/02/20, 1, 8\n", "or a date such as 2020-01-31T12:00"),
-        ("time, hs, tp\n0, 1, 8\n2020-01-01, 1, 8\n", ":3: found a date in some lines"),
-        ("time, hs, tp, dir\n0, 1, 8, 9\n1, 1, 8, -999\n", "a direction of -999 deg in record 2"),
-        (
-            "time, hs, tp, dir\n" + "".join(f"{k}, 1, 8, {0.3 * k}\n" for k in range(20)),
-            r"found 20 values of dir up to 5.7 and no unit.*dir \[rad\]",
-        ),
-        ("01.02.2020 00:00, 1, 6\n", "the time .s., or a date"),
-        ("time, hs, tp, dir [m]\n0, 1, 8, 9\n1, 1, 8, 9\n", "expected it in deg"),
-    ],
-)
-def test_hindcasts_that_are_none(tmp_path: Path, text: str, words: str) -> None:
-    path = tmp_path / "hindcast.csv"
-    path.write_text(text)
-    with pytest.raises(InputError, match=words):
-        read_hindcast(Source(path))
+WRONG_TABLES = r"""
+  hindcast | a, b\n1, 2\n3, 4\n | expected time, hs and tp
+  hindcast | time, hs, tp\n0, 1, 8\n0, 1, 8\n | expected it to rise
+  hindcast | time [m], hs, tp\n0, 1, 8\n1, 1, 8\n | expected it in s
+  hindcast | time, hs, tp\n0, -1, 8\n1, 1, 8\n | a height of -1 in record 1
+  hindcast | time, hs, tp\n2020-13-01, 1, 8\n | :2: found "2020-13-01"; expected a number, or a date
+  hindcast | time, hs, tp\n2020-01-01, 1, 8\n01/02/20, 1, 8\n | or a date such as 2020-01-31T12:00
+  hindcast | time, hs, tp\n0, 1, 8\n2020-01-01, 1, 8\n | :3: found a date in some lines
+  hindcast | time, hs, tp, dir\n0, 1, 8, 9\n1, 1, 8, -999\n | a direction of -999 deg in record 2
+  hindcast | time, hs, tp, dir\nTWENTY | found 20 values of dir up to 5.7 and no unit.*dir \[rad\]
+  hindcast | 01.02.2020 00:00, 1, 6\n | the time .s., or a date
+  hindcast | time, hs, tp, dir [m]\n0, 1, 8, 9\n1, 1, 8, 9\n | expected it in deg
+  scatter | hs, 6, 8\n-0.5, 3, 4\n1.5, 1, 2\n | found heights -0.5, 1.5; expected each once
+  scatter | hs, 6, 6\n0.5, 3, 4\n1.5, 1, 2\n | found peak periods 6, 6; expected each once
+  scatter | hs [s], 6, 8\n0.5, 3, 4\n | found hs .s.; expected it in m
+  scatter | hs, 6, 8\n | expected lines of numbers, the first of them a significant height
+  scatter | hs, 6, 8\n50, 3, 4\n150, 1, 2\n | heights up to 150 m; expected at most 30 m
+  scatter | hs, 6, 8\n0.5, -3, 4\n | found counts that are negative
+"""
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("hs, 6, 8\n-0.5, 3, 4\n1.5, 1, 2\n", "found heights -0.5, 1.5; expected each once"),
-        ("hs, 6, 6\n0.5, 3, 4\n1.5, 1, 2\n", "found peak periods 6, 6; expected each once"),
-        ("hs [s], 6, 8\n0.5, 3, 4\n", "found hs .s.; expected it in m"),
-        ("hs, 6, 8\n", "expected lines of numbers, the first of them a significant height"),
-        ("hs, 6, 8\n50, 3, 4\n150, 1, 2\n", "heights up to 150 m; expected at most 30 m"),
-        ("hs, 6, 8\n0.5, -3, 4\n", "found counts that are negative"),
-    ],
-)
-def test_scatter_diagrams_that_are_none(tmp_path: Path, text: str, words: str) -> None:
-    path = tmp_path / "scatter.csv"
-    path.write_text(text)
-    with pytest.raises(InputError, match=words):
-        read_scatter(Source(path))
+@pytest.mark.parametrize(("kind", "text", "said"), rows(WRONG_TABLES))
+def test_tables_that_are_none(tmp_path: Path, kind: str, text: str, said: str) -> None:
+    twenty = "".join(f"{k}, 1, 8, {0.3 * k}\n" for k in range(20))
+    path = tmp_path / f"{kind}.csv"
+    path.write_text(text.replace("TWENTY", twenty))
+    with pytest.raises(InputError, match=said):
+        {"hindcast": read_hindcast, "scatter": read_scatter}[kind](Source(path))
 
 
 def test_an_open_limit_makes_no_sea_beside_it_workable() -> None:

@@ -1,8 +1,6 @@
 """Studies that are shipped with the cases: each can be read, and the question that the program was
 made for is asked in one file."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

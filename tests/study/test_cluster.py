@@ -1,8 +1,6 @@
 """Sweeps by dask.distributed: a scheduler and workers over TCP come to the same file as threads
 here, also where a worker dies; who does not answer, or has another program, is refused."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -17,7 +15,7 @@ from threading import Thread
 from typing import Any, cast
 
 import pytest
-from command_line import Command
+from command_line import Command, refusal
 from scenes import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.dataset import differences
@@ -94,7 +92,7 @@ def sweep(hydrosim: Command) -> Command:
     return partial(hydrosim, "sweep")
 
 
-def test_workers_over_tcp_come_to_the_same_file(
+def test_workers_over_tcp_make_the_same_file(
     cluster: tuple[str, list[int]], sweep: Command
 ) -> None:
     """Then one of them is killed in the middle of a study, and the other makes its runs again."""
@@ -117,16 +115,14 @@ def test_workers_over_tcp_come_to_the_same_file(
 
 def test_nobody_answers(sweep: Command) -> None:
     begun = time.monotonic()
-    result = sweep("study.yaml", "--scheduler", "tcp://127.0.0.1:9")
-    assert result.code == 2
-    assert "found tcp://127.0.0.1:9, which does not answer" in result.err
+    said = refusal(sweep, Path(), "study.yaml", "--scheduler", "tcp://127.0.0.1:9")
+    assert "found tcp://127.0.0.1:9, which does not answer" in said
     assert time.monotonic() - begun < 30.0  # the runs would not begin to be made in that time
 
 
 def test_a_scheduler_with_tls_needs_a_certificate(sweep: Command) -> None:
-    result = sweep("study.yaml", "--scheduler", "tls://127.0.0.1:9")
-    assert result.code == 2
-    assert "dask is told of no certificate; expected one for tls://" in result.err
+    said = refusal(sweep, Path(), "study.yaml", "--scheduler", "tls://127.0.0.1:9")
+    assert "dask is told of no certificate; expected one for tls://" in said
 
 
 def test_another_program_is_refused(
@@ -191,7 +187,7 @@ class Task:
         self.seeds, self.status = seeds, "pending"
         self.calls: list[Callable[[Task], None]] = []
 
-    def add_done_callback(self, call: Callable[[Task], None]) -> None:
+    def add_done_callback(self, call: Callable[["Task"], None]) -> None:
         self.calls.append(call)
 
     def end(self, status: str) -> None:
@@ -217,7 +213,7 @@ class Client:
         return self.sent[-1]
 
 
-def test_a_run_that_kills_its_workers_has_failed_and_no_other(
+def test_a_run_that_kills_its_workers_alone_has_failed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Two batches of three are given up, as dask blames what waits beside the one that kills: each

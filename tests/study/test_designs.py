@@ -1,7 +1,5 @@
 """Designs: which combinations there are, and that samples are spread as their names promise."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs of one file that do not share their names: each is the single run, in the form of all."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

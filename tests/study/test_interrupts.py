@@ -1,7 +1,5 @@
 """An interrupt is served within what takes long, and what there is is kept."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys
@@ -15,17 +13,7 @@ import hydrosim as hs
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
 from hydrosim.compile.compiled import Compiled
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    PrescribedNormal,
-    StickSlip,
-    constant,
-)
+from hydrosim.elements import Harmonic, constant
 from hydrosim.integrate.loop import advance, count_evaluations
 from hydrosim.integrate.record import new_record
 from hydrosim.integrate.state import (
@@ -76,13 +64,13 @@ def _interrupted(run: subprocess.Popen[str]) -> str:
     return run.communicate()[0]
 
 
-def creeping(damping: float, law: FrictionSlope, method: Method) -> Scene:
+def creeping(damping: float, law: hs.FrictionSlope, method: Method) -> Scene:
     """A block that a damper holds back, or a floor with friction."""
-    normal = PrescribedNormal(constant(1e6))
+    normal = hs.PrescribedNormal(constant(1e6))
     forces = {
         "push": steady(surge=1e5),
-        "damper": LinearMooring("block", np.zeros((6, 6)), np.diag([damping, 0, 0, 0, 0, 0])),
-        "floor": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+        "damper": hs.LinearMooring("block", np.zeros((6, 6)), np.diag([damping, 0, 0, 0, 0, 0])),
+        "floor": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
     }
     return scene(block(1e8, ("surge",)), forces, 100.0, 1.0, method=method)
 
@@ -96,7 +84,7 @@ def creeping(damping: float, law: FrictionSlope, method: Method) -> Scene:
 )
 def test_steps_that_would_never_end(damping: float, slope: float, found: str) -> None:
     """Explicit steps could be 3e-7 s at most; that is said in seconds, with what can do it."""
-    law = FrictionSlope(0.2, slope)
+    law = hs.FrictionSlope(0.2, slope)
     with pytest.raises(hs.SimulationError, match=rf"{found}.*solver\.method: esdirk4") as caught:
         hs.simulate(creeping(damping, law, Method.DOPRI5))
     assert caught.value.dataset.attrs["status"] == "failed"
@@ -109,8 +97,8 @@ def test_steps_that_would_never_end(damping: float, slope: float, found: str) ->
 def test_kernels_return_after_a_piece(method: Method) -> None:
     """However a run is cut into calls of the kernels, its numbers are the same; and a call goes on
     for one step and its search for an event, no more."""
-    law, length = StickSlip(0.3, 0.2, 1e6, 1e5), Harmonic(1e5, 0.9, 0.0)
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": length})
+    law, length = hs.StickSlip(0.3, 0.2, 1e6, 1e5), Harmonic(1e5, 0.9, 0.0)
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": length})
     forces = {"push": push, "weight": steady(heave=-2e5), "floor": on_floor(1e7, law)}
     body = block(2e4, ("surge", "heave"), position=moving(heave=0.05))
     compiled = compile_scene(scene(body, forces, 3.0, 0.2, method=method, step=0.02))
@@ -129,10 +117,10 @@ def test_kernels_return_after_a_piece(method: Method) -> None:
 def test_searches_for_events_are_part_of_what_a_call_may_cost() -> None:
     """A call goes on until its evaluations and its looks at margins are as many as it may have. The
     looks of one event can be more than the evaluations of many steps."""
-    foot = Fender(
-        "block", np.zeros((1, 3)), FLOOR, PrescribedNormal(constant(1e4)), Coulomb(0.3, 0.3)
+    foot = hs.Fender(
+        "block", np.zeros((1, 3)), FLOOR, hs.PrescribedNormal(constant(1e4)), hs.Coulomb(0.3, 0.3)
     )
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(3.2e3, 1.0, 0.0)})
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(3.2e3, 1.0, 0.0)})
     body = block(1e3, ("surge", "sway"))
     compiled = compile_scene(
         scene(body, {"foot": foot, "push": push}, 9.0, 0.1, method=Method.DOPRI5)

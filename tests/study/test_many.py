@@ -3,8 +3,6 @@
 Nothing here has a tolerance: a run among others is the same run to the bit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -214,19 +212,16 @@ def test_seeds_of_several_wave_trains() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "said"),
     [
-        ({"duration": 30.0}, ("duration 60.0 in run 0 and 30.0 in run 1", "the same")),
-        ({"output_step": 1.0}, ("output_step 0.5 in run 0 and 1.0 in run 1",)),
+        ({"duration": 30.0}, "duration 60.0 in run 0 and 30.0 in run 1.*the same"),
+        ({"output_step": 1.0}, "output_step 0.5 in run 0 and 1.0 in run 1"),
     ],
 )
-def test_runs_that_do_not_fit_together_are_refused(
-    change: dict[str, object], words: tuple[str, ...]
-) -> None:
+def test_runs_that_do_not_fit_together_are_refused(change: dict[str, float], said: str) -> None:
     one, other = seeds(1, 2)
-    with pytest.raises(hs.InputError) as caught:
+    with pytest.raises(hs.InputError, match=said):
         hs.simulate_many([one, replace(other, **change)])  # type: ignore[arg-type]
-    assert all(word in str(caught.value) for word in words)
 
 
 def test_what_cannot_be_kept_is_refused(tmp_path: Path) -> None:

@@ -1,8 +1,6 @@
 """Limits to the other side of symmetric scenes; stages as criteria; tables of alpha factors that
 begin above the limits; what the picture shows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Limits of operation: of a linear scene against its response spectrum, integrated here, and
 against many runs; what is refused; the command with a scatter diagram and a hindcast."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from command_line import command
+from command_line import Command, command, refusal
 from scenes import CASES
+from text_tables import rows
 
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compare.dataset import differences
@@ -194,48 +193,34 @@ def test_the_command_with_weather(
         assert float(found.waiting.sel(season="year", quantile=0.5)) == np.inf
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (("limit: 1 m", "limit: 1 kg"), ('found "1 kg"', "a limit in m")),
-        (("sphere.heave", "sphere.hive"), ("heave: found position.sphere.hive",)),
-        (("from: 0.1 m", "from: 4 m"), ("heights above zero that rise",)),
-        (("apart: 0.1 m", "apart: 0.1 mm"), ("1,000 or fewer",)),
-        (("[6 s, 9 s]", "[9 s, 6 s]"), ("peak_periods 9, 6", "values that rise")),
-        (
-            ("[6 s, 9 s]", "[6 s, 9 s]\n  headings: [0 deg, 45 deg, -45 deg]"),
-            ("found headings 0, 45, -45 deg; expected values that rise",),
-        ),
-        (
-            ("[6 s, 9 s]", "[]"),
-            ("limits.yaml:8: operability.peak_periods: found an empty list; expected one or more",),
-        ),
-        (
-            ("{from: 0.1 m, to: 3 m, apart: 0.1 m}", "{}"),
-            ('limits.yaml:7: operability.heights: found no key "from"; expected a length in m',),
-        ),
-        (
-            ("from:", "form:"),
-            ("heights.form: found an unknown key; expected one of: from, to",),
-        ),
-        (("operability:", "operabilty:"), ("unknown key", "operability")),
-        (("[6 s, 9 s]", "[6 s]\n  hindcast: none.csv"), ("operation: {planned: 24 hour}",)),
-        (("[6 s, 9 s]", "[6 s]\n  scatter: none.csv"), ("none.csv", "no such file")),
-        (("operability:", "parameters: {solver.step: [0.1]}\noperability:"), ("a file for each",)),
-    ],
-)
+REFUSED = r"""
+  limit: 1 m | limit: 1 kg | found "1 kg" | a limit in m
+  sphere.heave | sphere.hive | heave: found position.sphere.hive
+  from: 0.1 m | from: 4 m | heights above zero that rise
+  apart: 0.1 m | apart: 0.1 mm | 1,000 or fewer
+  [6 s, 9 s] | [9 s, 6 s] | peak_periods 9, 6 | values that rise
+  [6 s, 9 s] | [6 s, 9 s]\n  headings: [0 deg, 45 deg, -45 deg] | \
+    found headings 0, 45, -45 deg; expected values that rise
+  [6 s, 9 s] | [] | \
+    limits.yaml:8: operability.peak_periods: found an empty list; expected one or more
+  {from: 0.1 m, to: 3 m, apart: 0.1 m} | {} | \
+    limits.yaml:7: operability.heights: found no key "from"; expected a length in m
+  from: | form: | heights.form: found an unknown key; expected one of: from, to
+  operability: | operabilty: | unknown key | operability
+  [6 s, 9 s] | [6 s]\n  hindcast: none.csv | operation: {planned: 24 hour}
+  [6 s, 9 s] | [6 s]\n  scatter: none.csv | none.csv | no such file
+  operability: | parameters: {solver.step: [0.1]}\noperability: | a file for each
+"""
+
+
+@pytest.mark.parametrize("row", rows(REFUSED), ids=lambda row: row[1])
 def test_studies_of_limits_that_are_refused(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    change: tuple[str, str],
-    words: tuple[str, ...],
+    hydrosim: Command, tmp_path: Path, row: tuple[str, ...]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    path = study(tmp_path, LINEAR.replace(*change))
-    result = command(monkeypatch, capsys, "operability")(path)
-    assert result.code == 2
-    assert all(word in result.err for word in words), result.err
+    right, wrong, *words = row
+    path = study(tmp_path, LINEAR.replace(right, wrong))
+    said = refusal(hydrosim, tmp_path, "operability", path)
+    assert all(word in said for word in words), said
 
 
 @pytest.mark.slow

@@ -1,8 +1,6 @@
 """Bisection on common seeds, against all runs of a grid: of seeds that each fail above a height of
 their own, and of such that do not."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

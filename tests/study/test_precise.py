@@ -1,7 +1,5 @@
 """Seeds until an interval is narrow enough: figures that are known in place of runs."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 """Sweeps by processes of this machine: nobody can reach them, and they come to the file of threads.
 A process that dies takes no other run with it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """Sets of runs that were ended on their way and go on: the same file in the end."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Mass that varies: against closed forms, DOP853, and the balances of momentum and energy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,43 +17,30 @@ from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
 from hydrosim.linear.linearise import inertia
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import (
-    Body,
-    Box,
-    Environment,
-    FreeSurface,
-    Method,
-    Plan,
-    Pump,
-    Scene,
-    Stream,
-    Tank,
-    TankTable,
-    Weight,
-)
+from hydrosim.scene import Box, FreeSurface, Method, TankTable, Weight
 from hydrosim.tanks.shapes import pieces
 from hydrosim.tanks.surface import SURFACE_MOMENT
 from hydrosim.tanks.surface import quantities_at as held_at
 
 MASS, DENSITY = 2e4, 1000.0
-LEFT = Tank("left", Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9), 2.0, DENSITY)
-RIGHT = Tank("right", Box((1.5, -0.5, -2.0), (4.0, 2.0, 0.5)), 0.4, DENSITY)
+LEFT = hs.Tank("left", Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9), 2.0, DENSITY)
+RIGHT = hs.Tank("right", Box((1.5, -0.5, -2.0), (4.0, 2.0, 0.5)), 0.4, DENSITY)
 HELD = steady(heave=0.0)  # what could carry a weight that is none
 
 
-def loaded(*pumps: Pump, tanks: Sequence[Tank] = (LEFT, RIGHT), **changes: Any) -> Body:
+def loaded(*pumps: hs.Pump, tanks: Sequence[hs.Tank] = (LEFT, RIGHT), **changes: Any) -> hs.Body:
     """A block with tanks, which carries its weight."""
     body = block(MASS, weight=Weight.CARRIED, tanks=tuple(tanks), pumps=pumps)
     return replace(body, **changes)
 
 
-def weightless(body: Body, duration: float, every: float, **solver: Any) -> Scene:
+def weightless(body: hs.Body, duration: float, every: float, **solver: Any) -> hs.Scene:
     """It alone in space."""
     nowhere = scene(body, {"nothing": HELD}, duration, every, **solver)
-    return replace(nowhere, environment=Environment(gravity=1e-30))
+    return replace(nowhere, environment=hs.Environment(gravity=1e-30))
 
 
-def volumes(run: xr.Dataset, body: Body) -> dict[str, np.ndarray]:
+def volumes(run: xr.Dataset, body: hs.Body) -> dict[str, np.ndarray]:
     """Volumes (nt,) of its tanks, by name, from the states."""
     states = run.state_value
     return {
@@ -65,7 +50,7 @@ def volumes(run: xr.Dataset, body: Body) -> dict[str, np.ndarray]:
     }
 
 
-def of_box(tank: Tank, volume: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def of_box(tank: hs.Tank, volume: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass (n,), first moment (n, 3) and second moments (n, 3, 3) about the origin, by a rule of
     Gauss in each direction."""
     x, w = np.polynomial.legendre.leggauss(3)
@@ -82,7 +67,7 @@ def of_box(tank: Tank, volume: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
     return mass, np.array(first), np.array(second)
 
 
-def whole(run: xr.Dataset, body: Body) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def whole(run: xr.Dataset, body: hs.Body) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass (nt,), first moment (nt, 3) and inertia (nt, 3, 3) about the origin, body axes, of body
     and contents, from the volumes."""
     nt = run.sizes["time"]
@@ -105,7 +90,7 @@ def turns(run: xr.Dataset) -> np.ndarray:
     return Rotation.from_euler("ZYX", angles[:, ::-1]).as_matrix()
 
 
-def momentum(run: xr.Dataset, body: Body, between: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+def momentum(run: xr.Dataset, body: hs.Body, between: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Linear momentum (nt, 3) and angular momentum (nt, 3) about the earth's origin of body and
     contents, with a flow ``between`` [kg/s] the first and the second tank straight from surface to
     surface."""
@@ -123,7 +108,7 @@ def momentum(run: xr.Dataset, body: Body, between: float = 0.0) -> tuple[np.ndar
     return linear, angular + np.cross(place, linear)
 
 
-def surface(tank: Tank, volume: np.ndarray) -> np.ndarray:
+def surface(tank: hs.Tank, volume: np.ndarray) -> np.ndarray:
     """Centroid (n, 3) of the surface of a box."""
     low, high = np.array(tank.shape.low), np.array(tank.shape.high)
     area = tank.shape.permeability * np.prod(high[:2] - low[:2])
@@ -136,7 +121,7 @@ def test_a_body_on_a_spring_that_loses_mass_moves_as_dop853_has_it(
 ) -> None:
     """(m - q t) x'' = -k x: what leaves has the body's velocity. rk4 at 4 ms."""
     q, k = 60.0, 3e4
-    out = Pump("out", q, "left", None, start=0.0, stop=150.0)
+    out = hs.Pump("out", q, "left", None, start=0.0, stop=150.0)
     body = loaded(out, dofs=("surge",), position=moving(surge=1.0))
     spring = {"line": LinearMooring("block", k * np.diag([1.0, 0, 0, 0, 0, 0]))}
     run = hs.simulate(scene(body, spring, 150.0, 0.5, step=4e-3))
@@ -156,7 +141,7 @@ def test_a_body_on_a_spring_that_loses_mass_moves_as_dop853_has_it(
 
 @pytest.mark.parametrize("method", Method)
 def test_what_leaves_at_the_velocity_of_the_body_gives_no_thrust(method: Method) -> None:
-    out = Pump("out", 80.0, "left", None, start=3.0, stop=40.0)
+    out = hs.Pump("out", 80.0, "left", None, start=3.0, stop=40.0)
     body = loaded(out, dofs=("surge", "sway"), velocity=moving(surge=2.0, sway=-0.5))
     run = hs.simulate(weightless(body, 50.0, 1.0, method=method))
     assert_allclose(run.velocity[:, 0, :2], np.tile([2.0, -0.5], (51, 1)), rtol=1e-12)
@@ -166,7 +151,7 @@ def test_what_leaves_at_the_velocity_of_the_body_gives_no_thrust(method: Method)
 def test_water_taken_in_from_rest_keeps_the_momentum(method: Method) -> None:
     """m v is constant: heun, rk4 and dopri5 have it to rounding, rk2 to h^2 (1.8e-12 at 1 ms),
     esdirk4 to what its equations are solved to."""
-    fill = Pump("fill", 100.0, None, "right", start=2.0, stop=40.0)
+    fill = hs.Pump("fill", 100.0, None, "right", start=2.0, stop=40.0)
     body = loaded(fill, dofs=("surge",), velocity=moving(surge=2.0))
     step = 1e-3 if method == Method.RK2 else 0.1
     still = weightless(body, 50.0, 1.0, method=method, step=step)
@@ -179,14 +164,14 @@ def test_water_taken_in_from_rest_keeps_the_momentum(method: Method) -> None:
 
 def test_water_taken_in_keeps_momentum_of_a_spinning_body_in_a_current() -> None:
     """Linear and angular momentum change by what the water brings with it, of the current."""
-    fill = Pump("fill", 100.0, None, "right")
+    fill = hs.Pump("fill", 100.0, None, "right")
     body = loaded(fill, velocity=moving(surge=2.0, roll=0.2, pitch=-0.1, yaw=0.3))
     still = replace(weightless(body, 20.0, 0.5, step=0.01), output_states=True)
     run = hs.simulate(still)
     linear, angular = momentum(run, body)
     assert_allclose(linear, np.tile(linear[0], (41, 1)), atol=1e-10 * np.abs(linear).max())
     assert_allclose(angular, np.tile(angular[0], (41, 1)), atol=1e-9 * np.abs(angular).max())
-    current = replace(still, environment=replace(still.environment, current=Stream(0.7)))
+    current = replace(still, environment=replace(still.environment, current=hs.Stream(0.7)))
     linear, _ = momentum(hs.simulate(current), body)
     brought = 100.0 * 0.7 * run.time.values
     assert_allclose(linear[:, 0] - linear[0, 0], brought, atol=1e-10 * np.abs(linear).max())
@@ -195,7 +180,7 @@ def test_water_taken_in_keeps_momentum_of_a_spinning_body_in_a_current() -> None
 def test_a_spinning_body_that_pumps_between_its_tanks_keeps_its_momentum() -> None:
     """Through the start and the end of the flow, where velocities jump; and the common centre of
     mass goes straight on. rk4 at 2.5 ms."""
-    pump = Pump("across", 300.0, "left", "right", start=2.0, stop=14.0)
+    pump = hs.Pump("across", 300.0, "left", "right", start=2.0, stop=14.0)
     body = loaded(pump, velocity=moving(surge=0.3, sway=0.1, roll=0.4, pitch=-0.2, yaw=0.5))
     still = weightless(body, 20.0, 0.5, step=2.5e-3)
     run = hs.simulate(replace(still, output_states=True))
@@ -217,9 +202,9 @@ def test_the_ledger_of_an_open_system_closes_at_the_order_of_the_method(
 ) -> None:
     """Out, in and between, with free surfaces, on springs, in all six degrees of freedom."""
     pumps = (
-        Pump("out", 40.0, "left", None, start=0.7, stop=6.1),
-        Pump("in", 60.0, None, "right", start=1.3, stop=7.7),
-        Pump("across", 90.0, "left", "right", start=2.2, stop=8.9),
+        hs.Pump("out", 40.0, "left", None, start=0.7, stop=6.1),
+        hs.Pump("in", 60.0, None, "right", start=1.3, stop=7.7),
+        hs.Pump("across", 90.0, "left", "right", start=2.2, stop=8.9),
     )
     stiffness = np.diag([3e4, 2e4, 2e5, 4e5, 5e5, 6e5])
     start = {"position": moving(surge=0.3, roll=0.1), "velocity": moving(heave=-0.2, pitch=0.1)}
@@ -239,7 +224,7 @@ def test_the_ledger_of_an_open_system_closes_at_the_order_of_the_method(
 
 def test_the_matrix_of_box_tanks_is_exact() -> None:
     """6 x 6 about the origin, at rest, against a rule of Gauss that is exact for it."""
-    pump = Pump("across", 300.0, "left", "right", start=2.0, stop=14.0)
+    pump = hs.Pump("across", 300.0, "left", "right", start=2.0, stop=14.0)
     body = loaded(pump)
     compiled = hs.compile_scene(weightless(body, 20.0, 0.5))
     y, p = compiled.state.y.copy(), compiled.model.tanks
@@ -259,7 +244,7 @@ def test_the_matrix_of_box_tanks_is_exact() -> None:
 
 def test_a_plan_of_levels_is_followed() -> None:
     """Levels at the points of the plan, straight in between for a box."""
-    plan = Plan(np.array([1.0, 5.0, 9.0]), np.array([2.0, 0.5, 1.5]))
+    plan = hs.Plan(np.array([1.0, 5.0, 9.0]), np.array([2.0, 0.5, 1.5]))
     body = loaded(tanks=(replace(LEFT, plan=plan), RIGHT), dofs=("surge",))
     run = hs.simulate(replace(weightless(body, 10.0, 0.5), output_states=True))
     area = 0.9 * 2.0 * 2.5
@@ -270,8 +255,8 @@ def test_a_plan_of_levels_is_followed() -> None:
 def test_pumps_start_and_stop_at_levels_and_when_a_tank_is_empty() -> None:
     """The second starts when the first tank is below 1 m; the first runs until it is empty."""
     pumps = (
-        Pump("out", 500.0, "left", None, start=1.0),
-        Pump(
+        hs.Pump("out", 500.0, "left", None, start=1.0),
+        hs.Pump(
             "in",
             400.0,
             None,
@@ -297,7 +282,7 @@ def test_frozen_surfaces_do_not_turn_the_body() -> None:
     found = {}
     for surface_of in FreeSurface:
         tanks = (replace(LEFT, surface=surface_of), RIGHT)
-        body = loaded(Pump("out", 1.0, "left", None, start=90.0), tanks=tanks, dofs=("roll",))
+        body = loaded(hs.Pump("out", 1.0, "left", None, start=90.0), tanks=tanks, dofs=("roll",))
         stiffness = np.diag([0, 0, 0, 9e5, 0, 0])
         still = scene(body, {"line": LinearMooring("block", stiffness)}, 10.0, 0.1)
         compiled = hs.compile_scene(still)
@@ -320,7 +305,7 @@ def test_an_empty_and_a_full_tank_have_no_free_surface() -> None:
 
 
 def test_the_ledger_closes_while_a_tank_runs_empty_under_a_body_that_heels() -> None:
-    body = loaded(Pump("out", 200.0, "left", None), tanks=(replace(LEFT, level=0.1), RIGHT))
+    body = loaded(hs.Pump("out", 200.0, "left", None), tanks=(replace(LEFT, level=0.1), RIGHT))
     stiffness = np.diag([3e4, 2e4, 2e6, 4e5, 5e5, 6e5])
     body = replace(body, position=moving(roll=0.2), velocity=moving(pitch=0.1))
     residuals = []
@@ -335,9 +320,9 @@ def test_the_ledger_closes_while_a_tank_runs_empty_under_a_body_that_heels() -> 
 def test_a_restart_in_the_midst_of_pumping_is_the_same_run_to_the_bit() -> None:
     """Across the start of one pump, the end of another, and a level that is waited for."""
     pumps = (
-        Pump("out", 40.0, "left", None, start=0.7, stop=6.1),
-        Pump("across", 90.0, "left", "right", start=2.2, stop=8.9),
-        Pump("in", 60.0, None, "right", hs.scene.LevelReached("left", below=1.9), 9.3),
+        hs.Pump("out", 40.0, "left", None, start=0.7, stop=6.1),
+        hs.Pump("across", 90.0, "left", "right", start=2.2, stop=8.9),
+        hs.Pump("in", 60.0, None, "right", hs.scene.LevelReached("left", below=1.9), 9.3),
     )
     body = loaded(*pumps, velocity=moving(heave=-0.2, pitch=0.1, yaw=0.1))
     line = {"line": LinearMooring("block", np.diag([3e4, 2e4, 2e5, 4e5, 5e5, 6e5]))}
@@ -357,7 +342,7 @@ def test_a_restart_in_the_midst_of_pumping_is_the_same_run_to_the_bit() -> None:
 def test_a_lightship_heavier_than_what_the_hull_displaces_is_refused() -> None:
     from scenes import scene_of, with_body
 
-    tank = Tank("wing", Box((-20.0, -20.0, -12.0), (20.0, 20.0, 0.0)), 1.0)
+    tank = hs.Tank("wing", Box((-20.0, -20.0, -12.0), (20.0, 20.0, 0.0)), 1.0)
     heavy = with_body(scene_of("free_floating"), mass=1.7e8, tanks=(tank,), weight=Weight.CARRIED)
     with pytest.raises(InputError, match=r"barge\.lightship: found 1\.684e\+08 kg without"):
         hs.compile_scene(heavy)
@@ -381,7 +366,7 @@ def test_a_tank_that_only_weighs_repeats_the_base_case() -> None:
         np.tile([1e5, 0.0, 1e5], (3, 1)),
     )
     held = 3.5e4 - lift.value / (9.81 * d)
-    tank = Tank("ramp", table, 17.5, d, FreeSurface.FROZEN, Plan(lift.time, held / 2e3))
+    tank = hs.Tank("ramp", table, 17.5, d, FreeSurface.FROZEN, hs.Plan(lift.time, held / 2e3))
     displaced = float(body.hydrodynamics.water_density * body.hydrodynamics.volume[0])
     loaded_base = with_body(
         replace(base, forces=forces),
@@ -397,9 +382,9 @@ def test_a_tank_that_only_weighs_repeats_the_base_case() -> None:
 
 
 def test_of_two_mirrored_tanks_one_is_pumped_and_there_is_no_symmetry() -> None:
-    port = Tank("port", Box((-1.0, 0.5, -1.0), (1.0, 1.5, 1.0)), 1.0, DENSITY)
+    port = hs.Tank("port", Box((-1.0, 0.5, -1.0), (1.0, 1.5, 1.0)), 1.0, DENSITY)
     starboard = replace(port, name="starboard", shape=Box((-1.0, -1.5, -1.0), (1.0, -0.5, 1.0)))
-    pumps = [Pump(f"out {name}", 10.0, name, None, stop=5.0) for name in ("port", "starboard")]
+    pumps = [hs.Pump(f"out {name}", 10.0, name, None, stop=5.0) for name in ("port", "starboard")]
     line = {"line": LinearMooring("block", np.diag([1e4, 1e4, 1e5, 1e5, 1e5, 1e5]))}
     inertia = MASS * np.diag([3.0, 4.0, 6.0])
     for some, symmetric in ((pumps[:1], False), (pumps, True)):

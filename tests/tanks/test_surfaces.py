@@ -1,8 +1,6 @@
 """Free surfaces that meet bottom and top of a tank: against polyhedra that are cut and measured by
 Qhull, the potential's gradient, and the ledger of energy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import product

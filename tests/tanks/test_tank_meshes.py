@@ -1,7 +1,5 @@
 """Tanks of closed meshes: against boxes, and against closed forms of a wedge and a sphere."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -37,15 +37,18 @@ def _write(folder, *records):
     (folder / f"{TABLE}.jsonl").write_text("\n".join(lines) + "\n")
 
 
-def test_records_are_read_as_they_were_written(tmp_path):
-    _write(tmp_path, _record(1), _record(2))
-    assert read_records(TABLE, tmp_path) == [_record(1), _record(2)]
-
-
-def test_the_last_record_of_a_run_counts(tmp_path):
-    last = replace(_record(1), cpu=0.7)
-    _write(tmp_path, _record(1), last)
-    assert read_records(TABLE, tmp_path) == [last]
+@pytest.mark.parametrize(
+    ("written", "counted"),
+    [
+        ([_record(1), _record(2)], [0, 1]),
+        ([_record(1), replace(_record(1), cpu=0.7)], [1]),  # the last of a run
+        ([_record(1, "another program"), _record(2)], [1]),
+        ([replace(_record(1), variant="five fenders"), _record(2)], [1]),
+    ],
+)
+def test_records_of_this_program_and_of_variants_that_are_count(tmp_path, written, counted):
+    _write(tmp_path, *written)
+    assert read_records(TABLE, tmp_path) == [written[k] for k in counted]
 
 
 def test_seeds_count_once_all_their_variants_are_made(tmp_path):
@@ -53,16 +56,6 @@ def test_seeds_count_once_all_their_variants_are_made(tmp_path):
     whole = [replace(_record(2, made_with(TABLE, name)), variant=name) for name in variants]
     _write(tmp_path, _record(1), *reversed(whole))
     assert complete_seeds([TABLE], tmp_path) == whole
-
-
-def test_records_made_otherwise_do_not_count(tmp_path):
-    _write(tmp_path, _record(1, "another program"), _record(2))
-    assert read_records(TABLE, tmp_path) == [_record(2)]
-
-
-def test_a_variant_that_is_no_more_does_not_count(tmp_path):
-    _write(tmp_path, replace(_record(1), variant="five fenders"), _record(2))
-    assert read_records(TABLE, tmp_path) == [_record(2)]
 
 
 def test_a_line_that_was_cut_short_does_not_count(tmp_path):

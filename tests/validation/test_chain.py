@@ -4,8 +4,6 @@ Static balance has no period: it is near the measurement where the chain moves s
 short of it where it moves fast. MoorDyn's chain moves. Nothing is fitted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import Any
@@ -14,13 +12,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from cases.chain.comparison import (
-    CASE,
-    FOLDER,
-    measured_maxima,
-    moordyn_maximum,
-    static_maximum,
-)
+from cases.chain.comparison import CASE, FOLDER, measured_maxima, moordyn_maximum, static_maximum
 from hydrosim.report.evidence import Feature, Kind
 
 EXPERIMENT = "Bergdahl et al. 2016, measured at 5 radii"

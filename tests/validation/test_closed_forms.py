@@ -1,7 +1,5 @@
 """Whole runs against closed forms: Airy waves, a box in heave."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

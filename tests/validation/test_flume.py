@@ -1,8 +1,6 @@
 """A section in a wave flume against its experiment (`cases/flume`): held, and free on a rig with
 springs and dry friction. Nothing is fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,8 +1,6 @@
 """The thesis' one-dimensional model against `thesis/plasterk.py`, which shares no code with
 hydrosim: surge at 2000 s, seed by seed, in all variants of `thesis/one_dimension.py`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The sphere of OES Task 10 (radius 5 m, heave): decay and regular waves against other programs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

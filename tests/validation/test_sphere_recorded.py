@@ -1,7 +1,5 @@
 """The decay of the OES Task 10 sphere: records of other programs, compared as they are."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,8 +1,6 @@
 """Two box barges side by side, solved together: energy and reciprocity over both, and responses in
 regular waves against the frequency domain of the pair."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace

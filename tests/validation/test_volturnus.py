@@ -1,7 +1,5 @@
 """The VolturnUS-S semi-submersible: RAOs against those that WAMIT printed for it."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from dataclasses import replace

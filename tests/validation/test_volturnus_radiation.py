@@ -1,7 +1,5 @@
 """Radiation of the VolturnUS-S: our state space and the one supplied with it, against WAMIT."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A hull with known transfer functions: the Froude-Krylov load on a box."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A database with made-up quadratic transfer functions, smooth and complex."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

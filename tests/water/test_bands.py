@@ -1,7 +1,5 @@
 """Waves in bands: against the sum over all of them, and against sums written out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import radians
 
@@ -12,19 +10,7 @@ from scenes import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.dofs import loads_about_z
-from hydrosim.scene import (
-    Environment,
-    Jonswap,
-    Place,
-    RegularWave,
-    Scene,
-    SecondOrder,
-    Solver,
-    Start,
-    Symmetry,
-    WaveForces,
-    WaveTrain,
-)
+from hydrosim.scene import Place, SecondOrder, Symmetry
 from hydrosim.water.body import WaveBody
 from hydrosim.water.components import sea
 from hydrosim.water.displaced_loads import FollowingLoads, following_model
@@ -39,9 +25,9 @@ from hydrosim.water.slow_path_loads import (
 )
 from hydrosim.water.transfer import excitation_at, mean_drift_at
 
-SWELL = WaveTrain(Jonswap(2.0, 12.0), heading=radians(30.0), ramp=40.0, repeat_period=3600.0)
+SWELL = hs.WaveTrain(hs.Jonswap(2.0, 12.0), heading=radians(30.0), ramp=40.0, repeat_period=3600.0)
 ACROSS = replace(SWELL, heading=radians(-110.0), seed=4)
-OTHER = WaveTrain(Jonswap(1.0, 9.0), heading=radians(80.0), ramp=20.0, repeat_period=3000.0)
+OTHER = hs.WaveTrain(hs.Jonswap(1.0, 9.0), heading=radians(80.0), ramp=20.0, repeat_period=3000.0)
 SEAS = {"a train": (SWELL,), "two trains": (SWELL, ACROSS), "two seas": (SWELL, OTHER)}
 LOADS = (
     (True, SecondOrder.NONE),
@@ -58,7 +44,7 @@ def box() -> Box:
 
 
 def body(order: SecondOrder, **loads: object) -> WaveBody:
-    wanted = WaveForces(second_order=order, headings=Place.SLOW, position=Place.MEAN)
+    wanted = hs.WaveForces(second_order=order, headings=Place.SLOW, position=Place.MEAN)
     free = np.array([True, True, True, True, False, True])
     changed = replace(wanted, **loads)  # type: ignore[arg-type]
     return WaveBody(box(), (30.0, -12.0), changed, 0, free, heading=0.3)
@@ -84,13 +70,11 @@ def loads_on_path(
 
 @pytest.mark.parametrize("name", SEAS)
 @pytest.mark.parametrize("order", [SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT])
-def test_bands_of_a_body_that_drifts_are_the_sum_over_all_waves(
-    name: str, order: SecondOrder
-) -> None:
+def test_bands_of_a_body_that_drifts_are_the_sum_over_waves(name: str, order: SecondOrder) -> None:
     """Drift to 200 m and to 3 km, at speeds up to 1.5 m/s in all directions, at any yaw: within
     1e-6 of the range of the sum over waves, which is written out in `slow`."""
     at = body(order, position=Place.SLOW)
-    model = following_model(sea(Environment(waves=SEAS[name])), [at], 2.0)
+    model = following_model(sea(hs.Environment(waves=SEAS[name])), [at], 2.0)
     assert model.bands.omega.size > 0
     assert model.gathered.omega.size > 0
     waves = model._replace(bands=bands_model([[]]))
@@ -114,7 +98,7 @@ def test_a_block_knows_nothing_of_those_before(position: Place) -> None:
     """Amplitudes at nodes, loads at headings and rows that are kept from other blocks change no bit
     of the loads of a block."""
     at = body(SecondOrder.NEWMAN, position=position)
-    model = following_model(sea(Environment(waves=SEAS["two trains"])), [at], 2.0)
+    model = following_model(sea(hs.Environment(waves=SEAS["two trains"])), [at], 2.0)
     states = np.zeros((10, STATES_PER_FOLLOWED_BODY))
     states[:, BLOCK_POSITION] = [0.0, 3.0, 30.0, 31.0, 3.0, 0.0, 800.0, 0.0, 0.0, 0.0]
     states[:, BLOCK_POSITION + 2] = [0.0, 0.002, 0.01, -0.03, 0.0, 3.1, -3.1, 0.0, 0.0, 0.0]
@@ -133,7 +117,7 @@ def test_a_block_knows_nothing_of_those_before(position: Place) -> None:
 def test_bands_are_the_sum_over_all_waves(name: str, first: bool, order: SecondOrder) -> None:
     """At any yaw and rate, in the ramp and after it, across the end of the repeat period."""
     at = body(order, first_order=first)
-    model = following_model(sea(Environment(waves=SEAS[name])), [at], 2.0)
+    model = following_model(sea(hs.Environment(waves=SEAS[name])), [at], 2.0)
     assert 0 < 2 * model.bands.omega.size <= model.omega.size
     waves = model._replace(bands=bands_model([[]]))
     found, expected = [], []
@@ -151,7 +135,7 @@ def test_bands_are_the_sums_of_the_theory() -> None:
     """Re sum X a exp(iwt) and sum_ij a_i a_j (D_i + D_j) / 2 cos(...), written out with what the
     database gives at the yaw. Between headings X is within 1e-5."""
     at = body(SecondOrder.NEWMAN)
-    (waves,) = sea(Environment(waves=(replace(SWELL, ramp=0.0),)))
+    (waves,) = sea(hs.Environment(waves=(replace(SWELL, ramp=0.0),)))
     model = following_model((waves,), [at], 2.0)
     database = at.database
     assert database is not None
@@ -182,35 +166,37 @@ def test_bands_are_the_sums_of_the_theory() -> None:
     ],
 )
 def test_loads_that_are_no_sums_over_bands_have_none(changed: dict[str, object]) -> None:
-    model = following_model(sea(Environment(waves=(SWELL,))), [body(SecondOrder.NEWMAN, **changed)])
+    model = following_model(
+        sea(hs.Environment(waves=(SWELL,))), [body(SecondOrder.NEWMAN, **changed)]
+    )
     assert model.bands.omega.size == 0
 
 
 def test_seas_that_are_not_of_many_waves_of_few_headings_have_none() -> None:
     """Short crests, waves off the grid, few waves; and a body that turns about another point."""
-    tone = WaveTrain(RegularWave(0.8, 9.0), heading=0.2)
+    tone = hs.WaveTrain(hs.RegularWave(0.8, 9.0), heading=0.2)
     few = replace(SWELL, repeat_period=400.0)
     for waves in ((replace(SWELL, spreading=5.0),), (SWELL, tone), (few,)):
-        model = following_model(sea(Environment(waves=waves)), [body(SecondOrder.NEWMAN)])
+        model = following_model(sea(hs.Environment(waves=waves)), [body(SecondOrder.NEWMAN)])
         assert model.bands.omega.size == 0
     directions = tuple(replace(SWELL, heading=0.1 * n, seed=n) for n in range(9))
-    model = following_model(sea(Environment(waves=directions)), [body(SecondOrder.NEWMAN)])
+    model = following_model(sea(hs.Environment(waves=directions)), [body(SecondOrder.NEWMAN)])
     assert model.bands.omega.size == 0
     aside = replace(body(SecondOrder.NEWMAN), centre=(4.0, 1.0))
-    assert following_model(sea(Environment(waves=(SWELL,))), [aside]).bands.omega.size == 0
+    assert following_model(sea(hs.Environment(waves=(SWELL,))), [aside]).bands.omega.size == 0
 
 
 def test_frequencies_with_a_gap_make_no_bands() -> None:
     """One cell is ten times as wide as the others, so that its envelopes would be as fine."""
     w = np.concatenate([np.linspace(0.3, 0.6, 31), np.linspace(0.7, 1.2, 51)])
     at = replace(body(SecondOrder.NEWMAN), database=box_at(w, np.arange(0.0, 360.0, 7.5)))
-    assert following_model(sea(Environment(waves=(SWELL,))), [at]).bands.omega.size == 0
+    assert following_model(sea(hs.Environment(waves=(SWELL,))), [at]).bands.omega.size == 0
 
 
 def test_a_body_that_keeps_its_heading_has_the_loads_there() -> None:
     """Block after block, rows are left for the next one: within the error of rows of those of a
     body that yaws by more than is left out."""
-    model = following_model(sea(Environment(waves=SEAS["two seas"])), [body(SecondOrder.NEWMAN)])
+    model = following_model(sea(hs.Environment(waves=SEAS["two seas"])), [body(SecondOrder.NEWMAN)])
     turning = model._replace(steady=1e-30 * np.ones(1))
     assert 1e-13 < model.steady[0] < 1e-10
     block = new_block(model)
@@ -228,15 +214,15 @@ def test_a_body_that_keeps_its_heading_has_the_loads_there() -> None:
     assert np.all(np.abs(np.subtract(found, expected)).max(axis=(0, 1)) <= 1e-6 * size)
 
 
-def yawing(duration: float) -> Scene:
+def yawing(duration: float) -> hs.Scene:
     """A moored barge that waves turn, from a yaw on."""
     base = in_waves(
         scene_of("free_floating"),
-        WaveTrain(SEA, heading=radians(60.0), ramp=10.0, repeat_period=10800.0),
+        hs.WaveTrain(SEA, heading=radians(60.0), ramp=10.0, repeat_period=10800.0),
     )
-    loads = WaveForces(second_order=SecondOrder.NEWMAN, headings=Place.SLOW, position=Place.MEAN)
+    loads = hs.WaveForces(second_order=SecondOrder.NEWMAN, headings=Place.SLOW, position=Place.MEAN)
     moved = with_body(base, wave_forces=loads, velocity=(0.0, 0.0, 0.0, 0.0, 0.0, 0.005))
-    solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
+    solver = hs.Solver(step=0.1, symmetry=Symmetry.IGNORE)
     return replace(
         moved, forces={}, duration=duration, solver=solver, output_step=2.0, output_states=True
     )
@@ -247,5 +233,5 @@ def test_a_run_in_bands_restarts_to_the_bit() -> None:
     whole = hs.simulate(yawing(40.0))
     assert np.ptp(motion(whole)[:, 5]) > radians(5.0)
     for before in (whole, hs.simulate(yawing(22.0))):
-        after = hs.simulate(replace(yawing(18.0), initial=Start(before, 22.0)))
+        after = hs.simulate(replace(yawing(18.0), initial=hs.Start(before, 22.0)))
         np.testing.assert_array_equal(motion(after), motion(whole)[11:])

@@ -1,7 +1,5 @@
 """What is lost between the headings of a database: the estimate against databases with more."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass, replace
 
@@ -26,7 +24,7 @@ class Loads:
     excitation: np.ndarray
     mean_drift: None = None
 
-    def only(self, kept: np.ndarray | slice) -> Loads:
+    def only(self, kept: np.ndarray | slice) -> "Loads":
         """Those of some headings."""
         return replace(self, heading=self.heading[kept], excitation=self.excitation[:, kept])
 

@@ -1,7 +1,5 @@
 """What is drawn: amplitudes, phases and directions, and what seas of many seeds have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

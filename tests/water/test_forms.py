@@ -1,8 +1,6 @@
 """Second-order loads of waves on a body that has turned and moved: against those of a body whose
 rest that place is, and against double sums over all pairs of waves."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 from math import radians
@@ -11,17 +9,9 @@ import numpy as np
 import pytest
 from known_box import Box, box_at
 
+import hydrosim as hs
 from hydrosim.dofs import about_z, loads_about_z
-from hydrosim.scene import (
-    Environment,
-    GivenComponents,
-    Jonswap,
-    Place,
-    RegularWave,
-    SecondOrder,
-    WaveForces,
-    WaveTrain,
-)
+from hydrosim.scene import GivenComponents, Place, SecondOrder
 from hydrosim.water.body import WaveBody
 from hydrosim.water.build import wave_loads_model
 from hydrosim.water.components import WaveComponents, sea
@@ -29,10 +19,10 @@ from hydrosim.water.displaced_loads import following_loads, following_model, new
 from hydrosim.water.loads import wave_loads
 from hydrosim.water.slow_path_loads import first_states, new_block, slow_loads
 
-SWELL = WaveTrain(Jonswap(2.0, 14.0), heading=radians(30.0), ramp=30.0, repeat_period=600.0)
+SWELL = hs.WaveTrain(hs.Jonswap(2.0, 14.0), heading=radians(30.0), ramp=30.0, repeat_period=600.0)
 ACROSS = replace(SWELL, heading=radians(-110.0), seed=4)
 SPREAD = replace(SWELL, spreading=6.0)
-TONE = WaveTrain(RegularWave(0.8, 9.0, phase=0.4), heading=radians(-70.0))
+TONE = hs.WaveTrain(hs.RegularWave(0.8, 9.0, phase=0.4), heading=radians(-70.0))
 PAIR = GivenComponents(
     np.array([0.51, 0.677]), np.array([0.7, 0.4]), np.array([0.2, 1.9]), np.array([0.3, 0.3])
 )
@@ -40,7 +30,7 @@ SEAS = {
     "long crests": (SWELL,),
     "two trains and a wave": (SWELL, ACROSS, TONE),
     "short crests": (SPREAD,),
-    "given waves": (WaveTrain(PAIR),),
+    "given waves": (hs.WaveTrain(PAIR),),
 }
 TIMES = np.array([10.0, 62.0, 318.0])  # stages of the tables, and begins of blocks
 KINDS = [kind for kind in SecondOrder if kind != SecondOrder.NONE]
@@ -87,7 +77,7 @@ def hull(every: float, pairs: bool) -> Box:
 
 
 def body(box: Box, kind: SecondOrder, both: bool = False, place: Place = Place.SLOW) -> WaveBody:
-    wanted = WaveForces(True, kind, both, headings=place, position=place)
+    wanted = hs.WaveForces(True, kind, both, headings=place, position=place)
     every = np.ones(6, dtype=bool)
     return WaveBody(box, (30.0, -12.0), wanted, 0, every, (4.0, 1.0), heading=0.3)
 
@@ -135,12 +125,10 @@ def assert_alike(found: np.ndarray, expected: np.ndarray, within: float) -> None
 @pytest.mark.parametrize("name", SEAS)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("yaw", [25.0, 90.0, 170.0, -33.7])
-def test_a_body_that_has_turned_is_one_that_is_built_so(
-    name: str, kind: SecondOrder, yaw: float
-) -> None:
+def test_a_body_that_has_turned_is_one_built_so(name: str, kind: SecondOrder, yaw: float) -> None:
     """At any yaw and place, in every sea, on its slow path and where it is. Where drift passes
     through zero, geometric means do as the root of what is interpolated."""
-    seas = sea(Environment(waves=SEAS[name]))
+    seas = sea(hs.Environment(waves=SEAS[name]))
     q = np.array([20.0, -35.0, 0.0, 0.0, 0.0, radians(yaw)])
     at = body(hull(30.0, True), kind)
     expected = at_rest(at.moved_by(q), seas)
@@ -156,7 +144,7 @@ def test_difference_and_sum_frequencies_together(name: str, pairs: bool, every: 
     """QTFs of all pairs of headings and of each with itself, an even and an odd number of them."""
     if name == "short crests" and not pairs:
         pytest.skip("refused: no pairs of its headings")
-    seas = sea(Environment(waves=SEAS[name]))
+    seas = sea(hs.Environment(waves=SEAS[name]))
     q = np.array([20.0, -35.0, 0.0, 0.0, 0.0, 1.1])
     at = body(hull(every, pairs), SecondOrder.QTF, both=True)
     assert_alike(slow(at, seas, q), at_rest(at.moved_by(q), seas), 1e-9)
@@ -166,7 +154,7 @@ def test_difference_and_sum_frequencies_together(name: str, pairs: bool, every: 
 def test_against_a_double_sum_over_all_pairs_of_waves(kind: SecondOrder) -> None:
     """T written out in closed form, wave by wave, where the body is. The error is that of splines
     and harmonics through the nodes of the database."""
-    (waves,) = sea(Environment(waves=(replace(SWELL, ramp=0.0), replace(ACROSS, ramp=0.0))))
+    (waves,) = sea(hs.Environment(waves=(replace(SWELL, ramp=0.0), replace(ACROSS, ramp=0.0))))
     kept = (waves.omega > 0.35) & (waves.omega < 0.85) & (waves.amplitude > 0.0)
     of = {name: getattr(waves, name)[kept] for name in ("omega", "amplitude", "phase", "heading")}
     waves = replace(waves, **of, wavenumber=waves.wavenumber[kept])
@@ -218,7 +206,7 @@ def test_the_whole_turned(kind: SecondOrder) -> None:
     by = radians(77.7)
     q = np.array([20.0, -35.0, 0.0, 0.0, 0.0, 0.6])
     at = body(hull(30.0, True), kind, both=True)
-    seas = sea(Environment(waves=SEAS["two trains and a wave"]))
+    seas = sea(hs.Environment(waves=SEAS["two trains and a wave"]))
     expected = loads_about_z(slow(at, seas, q), by)
     R = about_z(by)
     turned = tuple(replace(waves, heading=waves.heading + by) for waves in seas)
@@ -229,7 +217,7 @@ def test_the_whole_turned(kind: SecondOrder) -> None:
 def test_locked_degrees_of_freedom_have_no_load() -> None:
     active = np.array([True, False, True, True, True, False])
     at = replace(body(hull(30.0, True), SecondOrder.NEWMAN), active=active)
-    found = slow(at, sea(Environment(waves=(SWELL,))), np.zeros(6))
+    found = slow(at, sea(hs.Environment(waves=(SWELL,))), np.zeros(6))
     assert np.all(found[:, ~active] == 0.0)
     assert np.all(found[:, 0] != 0.0)
 
@@ -244,7 +232,7 @@ def test_qtfs_of_few_headings_stay_those_at_rest() -> None:
         qtf_sum=few.qtf_sum[:2],
     )
     at = replace(body(few, SecondOrder.QTF), heading=radians(25.0))
-    seas = sea(Environment(waves=(SWELL,)))
+    seas = sea(hs.Environment(waves=(SWELL,)))
     model = wave_loads_model(seas, [at], 0.0, 0.1, 400.0)
     assert model.second_dof.size > 0
     assert model.first_dof.size == 0

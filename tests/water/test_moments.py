@@ -1,7 +1,5 @@
 """Moments of waves about horizontal axes, on hulls that yaw."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import radians
 

@@ -1,7 +1,5 @@
 """What waves outside a database's frequencies would do, on a box whose loads have a closed form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

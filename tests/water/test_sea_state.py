@@ -1,7 +1,5 @@
 """Figures of wave trains, against their closed forms and against components that are drawn."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

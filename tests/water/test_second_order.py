@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -27,6 +25,7 @@ from hydrosim.water.second_order import (
 
 SEA = WaveTrain(Jonswap(3.0, 9.0), repeat_period=200.0)
 TIMES = np.array([0.0, 13.7, 96.2, 181.0])
+ARRAYS = ("omega", "amplitude", "phase", "wavenumber", "heading")
 
 
 def given(omega: list[float], amplitude: list[float], phase: list[float]) -> WaveComponents:
@@ -72,12 +71,8 @@ def test_bichromatic_waves_in_closed_form(order: list[int], validated: Callable[
     """The phase of T_12 belongs to the wave named first, whichever is the longer one."""
     w = FREQUENCY[[10, 4]][order]
     waves = given(list(w), [1.2, 0.7], [0.4, 2.0])
-    found = in_time(
-        difference_loads(
-            waves, waves.amplitudes_at(0.0, 0.0), difference_factors(with_qtf([(0.0, 0.0)]), waves)
-        ),
-        TIMES,
-    )
+    factors = difference_factors(with_qtf([(0.0, 0.0)]), waves)
+    found = in_time(difference_loads(waves, waves.amplitudes_at(0.0, 0.0), factors), TIMES)
     T = difference(w[:, None], w[None, :])
     for dof in (0, 2, 4):
         one, other = T[0, 0, dof].real, T[1, 1, dof].real
@@ -92,14 +87,8 @@ def test_double_sum_over_a_sea_to_two_headings(validated: Callable[..., None]) -
     """By Fourier transforms and pair by pair."""
     trains = (SEA, replace(SEA, heading=np.pi))
     each = [components(train, Environment(), stream) for stream, train in enumerate(trains)]
-    waves = WaveComponents(
-        *(
-            np.concatenate([getattr(sea, name) for sea in each])
-            for name in ("omega", "amplitude", "phase", "wavenumber", "heading")
-        ),
-        ramp=0.0,
-        spacing=each[0].spacing,
-    )
+    arrays = (np.concatenate([getattr(sea, name) for sea in each]) for name in ARRAYS)
+    waves = WaveComponents(*arrays, ramp=0.0, spacing=each[0].spacing)
     pairs = [(0.0, 0.0), (0.0, np.pi), (np.pi, np.pi)]
     elevation = waves.amplitudes_at(0.0, 0.0)
     for factors, sign, loads in (
@@ -118,8 +107,7 @@ def test_double_sum_over_a_sea_to_two_headings(validated: Callable[..., None]) -
 def test_same_waves_on_and_off_a_grid() -> None:
     on = replace(components(SEA, Environment()), ramp=0.0)
     keep = slice(20, 50)
-    arrays = ("omega", "amplitude", "phase", "wavenumber", "heading")
-    on = replace(on, **{name: getattr(on, name)[keep] for name in arrays})
+    on = replace(on, **{name: getattr(on, name)[keep] for name in ARRAYS})
     off = replace(on, spacing=0.0)
     database = with_qtf([(0.0, 0.0)])
     elevation = on.amplitudes_at(0.0, 0.0)
@@ -149,9 +137,8 @@ def test_mean_is_that_of_the_drift() -> None:
     waves = components(SEA, Environment())
     assert waves.omega.max() > FREQUENCY[-1]
     database = with_qtf([(0.0, 0.0)])
-    lines = difference_loads(
-        waves, waves.amplitudes_at(0.0, 0.0), difference_factors(database, waves)
-    )
+    factors = difference_factors(database, waves)
+    lines = difference_loads(waves, waves.amplitudes_at(0.0, 0.0), factors)
     expected = waves.amplitude**2 @ diagonal(waves.omega)
     # the error of the QTF's splines, 0.05 rad/s apart
     np.testing.assert_allclose(lines.amplitude[0].real, expected, rtol=1e-6, atol=1e-9)

@@ -1,7 +1,5 @@
 """Waves along a slow path: against sums over the waves where the body is, and in runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import radians
@@ -13,21 +11,7 @@ from scenes import SEA, hull, in_waves, motion, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import (
-    ConvolutionRadiation,
-    Environment,
-    Jonswap,
-    Place,
-    RegularWave,
-    Scene,
-    SecondOrder,
-    Solver,
-    Start,
-    Stream,
-    Symmetry,
-    WaveForces,
-    WaveTrain,
-)
+from hydrosim.scene import ConvolutionRadiation, Place, SecondOrder, Symmetry
 from hydrosim.water.body import WaveBody
 from hydrosim.water.components import sea
 from hydrosim.water.displaced_loads import (
@@ -47,15 +31,16 @@ from hydrosim.water.slow_path_loads import (
     slow_loads,
 )
 
-SWELL = WaveTrain(Jonswap(2.0, 16.0, 3.3), heading=radians(30), ramp=30.0, repeat_period=900.0)
-TONE = WaveTrain(RegularWave(0.8, 14.0, phase=0.4), heading=radians(-70))
-SHORT = WaveTrain(Jonswap(1.0, 11.0), heading=radians(100), spreading=5.0, repeat_period=900.0)
-WATER = Environment(waves=(SWELL, TONE, SHORT))
+LONG = hs.Jonswap(2.0, 16.0, 3.3)
+SWELL = hs.WaveTrain(LONG, heading=radians(30), ramp=30.0, repeat_period=900.0)
+TONE = hs.WaveTrain(hs.RegularWave(0.8, 14.0, phase=0.4), heading=radians(-70))
+SHORT = hs.WaveTrain(hs.Jonswap(1.0, 11.0), heading=radians(100), repeat_period=900.0, spreading=5)
+WATER = hs.Environment(waves=(SWELL, TONE, SHORT))
 TRACKED = [0, 1, 5]
 
 
 def body(box: Box, place: Place) -> WaveBody:
-    wanted = WaveForces(position=place, headings=place)
+    wanted = hs.WaveForces(position=place, headings=place)
     every = np.ones(6, dtype=bool)
     return WaveBody(box, (30.0, -12.0), wanted, 0, every, (4.0, 1.0), heading=0.3)
 
@@ -114,12 +99,12 @@ def test_the_rate_of_a_path_is_that_of_its_position(box: Box) -> None:
     np.testing.assert_allclose(rate, a * t, rtol=1e-12)
 
 
-def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> Scene:
+def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> hs.Scene:
     """The free barge that spins in an oblique sea with drift forces."""
-    base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0), ramp=10.0))
-    loads = WaveForces(second_order=SecondOrder.NEWMAN, headings=place, position=place)
+    base = in_waves(scene_of("free_floating"), hs.WaveTrain(SEA, heading=radians(60.0), ramp=10.0))
+    loads = hs.WaveForces(second_order=SecondOrder.NEWMAN, headings=place, position=place)
     moved = with_body(base, wave_forces=loads, velocity=(0.8, 0.3, 0.0, 0.0, 0.0, 0.005))
-    solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
+    solver = hs.Solver(step=0.1, symmetry=Symmetry.IGNORE)
     return replace(moved, forces={}, duration=duration, solver=solver, output_step=2.0)
 
 
@@ -135,7 +120,7 @@ def test_a_run_is_of_order_four_and_restarts_to_the_bit() -> None:
         errors = [np.abs(q - fine)[:, some].max() for q in (whole, half)]
         assert np.log2(errors[0] / errors[1]) > 3.8
     before = hs.simulate(scene)
-    after = hs.simulate(replace(scene, initial=Start(before, 22.0), duration=38.0))
+    after = hs.simulate(replace(scene, initial=hs.Start(before, 22.0), duration=38.0))
     np.testing.assert_array_equal(motion(after), motion(before)[11:])
 
 
@@ -145,9 +130,9 @@ def test_a_convolution_restarts_to_the_bit_where_a_path_begins() -> None:
     scene = with_body(drifting(30.0), radiation=ConvolutionRadiation(length=20.0))
     whole = hs.simulate(replace(scene, output_states=True))
     before = hs.simulate(replace(scene, duration=22.0))
-    after = hs.simulate(replace(scene, initial=Start(before, 22.0), duration=8.0))
+    after = hs.simulate(replace(scene, initial=hs.Start(before, 22.0), duration=8.0))
     np.testing.assert_array_equal(motion(after), motion(whole)[11:])
-    after = hs.simulate(replace(scene, initial=Start(whole, 22.0), duration=8.0))
+    after = hs.simulate(replace(scene, initial=hs.Start(whole, 22.0), duration=8.0))
     np.testing.assert_allclose(motion(after), motion(whole)[11:], rtol=1e-11, atol=1e-13)
 
 
@@ -174,8 +159,8 @@ def test_second_order_loads_at_a_yaw_are_those_of_a_scene_built_at_that_heading(
     order: SecondOrder, yaw: float
 ) -> None:
     """A free barge that begins there, at whatever yaw from the heading that its case gives."""
-    loads = WaveForces(second_order=order)
-    base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0)))
+    loads = hs.WaveForces(second_order=order)
+    base = in_waves(scene_of("free_floating"), hs.WaveTrain(SEA, heading=radians(60.0)))
     base = replace(with_body(base, wave_forces=loads), forces={}, duration=0.2)
     there = with_body(base, position=(15.0, -9.0, 0.0, 0.0, 0.0, radians(yaw)))
     built = with_body(base, location=(15.0, -9.0), heading=radians(yaw))
@@ -191,13 +176,13 @@ def test_by_itself_it_is_chosen_for_bodies_that_may_leave() -> None:
     """A mooring holds surge and sway, not yaw; without a push nothing drifts; small angles and calm
     water know of no slow place."""
 
-    def places(scene: Scene) -> tuple[Place, Place]:
+    def places(scene: hs.Scene) -> tuple[Place, Place]:
         chosen = chosen_places(scene, scene.bodies[0])
         return chosen.position, chosen.headings
 
-    moored = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=0.5))
-    moored = with_body(moored, wave_forces=WaveForces())
-    drift = WaveForces(second_order=SecondOrder.NEWMAN)
+    moored = in_waves(scene_of("free_floating"), hs.WaveTrain(SEA, heading=0.5))
+    moored = with_body(moored, wave_forces=hs.WaveForces())
+    drift = hs.WaveForces(second_order=SecondOrder.NEWMAN)
     assert places(moored) == (Place.MEAN, Place.MEAN)
     pushed = with_body(moored, wave_forces=drift)
     assert places(pushed) == (Place.MEAN, Place.SLOW)
@@ -205,25 +190,25 @@ def test_by_itself_it_is_chosen_for_bodies_that_may_leave() -> None:
     free = replace(pushed, forces={})
     assert places(free) == (Place.SLOW, Place.SLOW)
     towed = replace(free, forces={"tug": steady("barge", surge=1e5)})
-    assert places(with_body(towed, wave_forces=WaveForces())) == (Place.SLOW, Place.SLOW)
-    calm = replace(free, environment=Environment())
+    assert places(with_body(towed, wave_forces=hs.WaveForces())) == (Place.SLOW, Place.SLOW)
+    calm = replace(free, environment=hs.Environment())
     assert not slow_bodies(calm, {"barge": chosen_places(calm, calm.bodies[0])})
-    streaming = replace(moored.environment, current=Stream(0.5, 0.1))
+    streaming = replace(moored.environment, current=hs.Stream(0.5, 0.1))
     assert places(replace(moored, environment=streaming)) == (Place.MEAN, Place.SLOW)
     assert hull().heading.size >= 12
 
 
 def test_slow_and_instantaneous_do_not_mix() -> None:
     scene = drifting()
-    asked = WaveForces(position=Place.SLOW, headings=Place.INSTANTANEOUS)
+    asked = hs.WaveForces(position=Place.SLOW, headings=Place.INSTANTANEOUS)
     with pytest.raises(hs.InputError, match="expected slow or instantaneous for both"):
         hs.simulate(with_body(scene, wave_forces=asked))
 
 
 def test_waves_meet_a_body_where_it_is_locked() -> None:
     """Held at a yaw of 0.4 rad and 25 m off, a barge feels what one feels whose rest that is."""
-    loads = WaveForces(second_order=SecondOrder.NEWMAN)
-    base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0)))
+    loads = hs.WaveForces(second_order=SecondOrder.NEWMAN)
+    base = in_waves(scene_of("free_floating"), hs.WaveTrain(SEA, heading=radians(60.0)))
     base = replace(with_body(base, wave_forces=loads, dofs=("heave",)), forces={}, duration=20.0)
     locked = hs.simulate(with_body(base, position=(25.0, 0.0, 0.0, 0.0, 0.0, 0.4)))
     there = hs.simulate(with_body(base, location=(25.0, 0.0), heading=0.4))
@@ -243,11 +228,13 @@ def test_a_run_that_goes_on_is_met_by_waves_as_before() -> None:
     """Waves follow a box that begins away from rest and drifts; so they do when the run goes on
     from its state, whatever the start of the bodies is in the new case."""
     start = (3.0, 1.0, 0.0, 0.0, 0.0, 0.5)
-    case = in_waves(scene_of("free_floating"), WaveTrain(Jonswap(1.5, 9.0), heading=0.7))
+    case = in_waves(scene_of("free_floating"), hs.WaveTrain(hs.Jonswap(1.5, 9.0), heading=0.7))
     case = replace(case, forces={}, duration=24.0, output_states=True)
     whole = with_body(case, position=start)
     run = hs.simulate(whole)
     assert run.attrs["waves_meet_barge"] == "slow slow"
     for began in (start, (0.0,) * 6):
-        again = replace(with_body(whole, position=began), duration=12.0, initial=Start(run, 12.0))
+        again = replace(
+            with_body(whole, position=began), duration=12.0, initial=hs.Start(run, 12.0)
+        )
         assert np.array_equal(hs.simulate(again).position[-1], run.position[-1])

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -150,12 +148,7 @@ def test_one_peak_of_shape_one_is_pierson_moskowitz() -> None:
     ],
 )
 def test_torsethaugen_divides_the_sea(
-    height: float,
-    period: float,
-    main: float,
-    enhancement: float,
-    other: float,
-    other_period: float,
+    height: float, period: float, main: float, enhancement: float, other: float, other_period: float
 ) -> None:
     one, two = wind_sea_and_swell(Torsethaugen(height, period))
     assert (one.significant_height, two.significant_height) == pytest.approx(

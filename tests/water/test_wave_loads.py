@@ -1,22 +1,14 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from known_box import Box, froude_krylov, smooth_drift
+from numpy.testing import assert_allclose, assert_array_equal
 
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import (
-    Environment,
-    Jonswap,
-    RegularWave,
-    SecondOrder,
-    WaveForces,
-    WaveTrain,
-)
+from hydrosim.scene import Environment, Jonswap, RegularWave, SecondOrder, WaveForces, WaveTrain
 from hydrosim.water.body import WaveBody
 from hydrosim.water.build import first_order, wave_loads_model
 from hydrosim.water.components import check_span, components, sea
@@ -67,9 +59,9 @@ def test_stages_are_exact(box: Box) -> None:
     elevation, first, _ = loads(model, times)
     waves = components(SWELL, Environment())
     # rounding over angles of up to 1500 rad
-    np.testing.assert_allclose(elevation, elevation_at(waves, 0.0, 0.0, times), atol=1e-12)
+    assert_allclose(elevation, elevation_at(waves, 0.0, 0.0, times), atol=1e-12)
     exact = direct_first_order(at, SWELL, times)
-    np.testing.assert_allclose(first, exact, atol=1e-12 * np.abs(exact).max())
+    assert_allclose(first, exact, atol=1e-12 * np.abs(exact).max())
 
 
 def test_error_between_stages_falls_with_the_sixth_power(box: Box) -> None:
@@ -109,7 +101,7 @@ def test_coarse_steps_do_not_spoil_the_table(box: Box) -> None:
     at, times = body(box), 700.0 + 0.317 * np.arange(100)
     model = loads_model(environment(SWELL), [at], 650.0, 2.0, 100.0)
     exact = direct_first_order(at, SWELL, times)
-    np.testing.assert_allclose(loads(model, times)[1], exact, atol=1.2e-6 * np.abs(exact).max())
+    assert_allclose(loads(model, times)[1], exact, atol=1.2e-6 * np.abs(exact).max())
 
 
 def test_ramp_on_the_elevation_and_its_square_on_second_order(box: Box) -> None:
@@ -119,9 +111,9 @@ def test_ramp_on_the_elevation_and_its_square_on_second_order(box: Box) -> None:
         for train in (SWELL, replace(SWELL, ramp=100.0))
     )
     ramp = np.where(times < 100.0, 0.5 * (1 - np.cos(np.pi * times / 100.0)), 1.0)
-    np.testing.assert_allclose(growing[0], ramp * steady[0], atol=1e-14)
-    np.testing.assert_allclose(growing[1], ramp[:, None] * steady[1], rtol=1e-12)
-    np.testing.assert_allclose(growing[2], ramp[:, None] ** 2 * steady[2], rtol=1e-12)
+    assert_allclose(growing[0], ramp * steady[0], atol=1e-14)
+    assert_allclose(growing[1], ramp[:, None] * steady[1], rtol=1e-12)
+    assert_allclose(growing[2], ramp[:, None] ** 2 * steady[2], rtol=1e-12)
     assert steady[0][0] != 0.0
 
 
@@ -131,7 +123,7 @@ def test_regular_wave_in_closed_form(box: Box, validated: Callable[..., None]) -
     model = loads_model(environment(train), [body(box, location=(x, y))], 0.0, 0.05, 40.0)
     elevation, first, second = loads(model, times)
     ramp = np.where(times < 20.0, 0.5 * (1 - np.cos(np.pi * times / 20.0)), 1.0)
-    np.testing.assert_allclose(elevation, ramp * 0.8 * np.cos(OMEGA * times + 0.4), atol=1e-14)
+    assert_allclose(elevation, ramp * 0.8 * np.cos(OMEGA * times + 0.4), atol=1e-14)
     heading = np.array([np.radians(30)])
     load = 0.8 * froude_krylov(np.array([OMEGA]), heading)[0, 0]
     along = x * np.cos(np.radians(30)) + y * np.sin(np.radians(30))
@@ -143,9 +135,7 @@ def test_regular_wave_in_closed_form(box: Box, validated: Callable[..., None]) -
     against = "Froude-Krylov loads of a box"
     validated(Kind.CLOSED_FORM, claim, against, error, 1e-4, Feature.WAVES)
     drift = 0.8**2 * smooth_drift(np.array([OMEGA]), heading)[0, 0]
-    np.testing.assert_allclose(
-        second, ramp[:, None] ** 2 * drift, rtol=1e-4, atol=1e-4 * np.abs(drift).max()
-    )
+    assert_allclose(second, ramp[:, None] ** 2 * drift, rtol=1e-4, atol=1e-4 * np.abs(drift).max())
 
 
 @pytest.mark.parametrize("train", [SWELL, REGULAR])
@@ -160,10 +150,10 @@ def test_mean_drift_is_the_mean_of_the_slow_load(
     )
     waves = components(train, Environment())
     expected = waves.amplitude**2 @ smooth_drift(waves.omega, np.array([train.heading]))[:, 0]
-    np.testing.assert_array_equal(mean, np.tile(mean[0], (times.size, 1)))
-    np.testing.assert_allclose(newman.mean(axis=0), mean[0], rtol=1e-10)
+    assert_array_equal(mean, np.tile(mean[0], (times.size, 1)))
+    assert_allclose(newman.mean(axis=0), mean[0], rtol=1e-10)
     # drift between the frequencies of the database: a spline, 1e-4; above it the last value
-    np.testing.assert_allclose(mean[0], expected, rtol=1e-3, atol=1e-12)
+    assert_allclose(mean[0], expected, rtol=1e-3, atol=1e-12)
     error = np.abs(mean[0] - expected).max() / np.abs(expected).max()
     claim = "mean drift in a swell and in a random sea"
     validated(Kind.CLOSED_FORM, claim, "Σ a² D(ω)", error, 1e-3, Feature.MEAN_DRIFT)
@@ -180,7 +170,7 @@ def test_slow_load_is_the_double_sum_at_the_place_of_the_body(box: Box) -> None:
         theta = waves.omega * t - waves.wavenumber * along + waves.phase
         pairs = np.cos(theta[:, None] - theta) * np.outer(waves.amplitude, waves.amplitude)
         double = np.array([np.sum(pairs * 0.5 * (d[:, None] + d)) for d in D.T])
-        np.testing.assert_allclose(load, double, atol=1e-12 * np.abs(pairs).sum() * D.max())
+        assert_allclose(load, double, atol=1e-12 * np.abs(pairs).sum() * D.max())
 
 
 def test_spectrum_of_the_surge_force(box: Box) -> None:
@@ -194,9 +184,7 @@ def test_spectrum_of_the_surge_force(box: Box) -> None:
     load = froude_krylov(omega, np.zeros(1))[:, 0, 0]
     expected = np.abs(load) ** 2 * density(train.spectrum, omega) * 2 * np.pi / 1800.0
     # the spline over frequency: 5e-4 of the largest load
-    np.testing.assert_allclose(
-        np.sqrt(lines[index]), np.sqrt(expected), atol=5e-4 * np.sqrt(expected.max())
-    )
+    assert_allclose(np.sqrt(lines[index]), np.sqrt(expected), atol=5e-4 * np.sqrt(expected.max()))
 
 
 def test_sea_does_not_change_with_duration_or_step(box: Box) -> None:
@@ -204,7 +192,7 @@ def test_sea_does_not_change_with_duration_or_step(box: Box) -> None:
     elevation = loads(loads_model(environment(SWELL), [body(box)], 0.0, 0.05, 20.0), times)[0]
     for dt, duration in ((0.05, 1800.0), (0.1, 20.0), (0.5, 300.0)):
         other = loads_model(environment(SWELL), [body(box)], 0.0, dt, duration)
-        np.testing.assert_allclose(loads(other, times)[0], elevation, atol=1e-13)
+        assert_allclose(loads(other, times)[0], elevation, atol=1e-13)
 
 
 def test_same_scene_same_bytes(box: Box) -> None:
@@ -222,7 +210,7 @@ def test_trains_add_up(box: Box) -> None:
         for trains in ((SWELL, sea), (SWELL,), (sea,))
     )
     for together, one, two in zip(both, alone, other, strict=True):
-        np.testing.assert_allclose(together, one + two, rtol=1e-12)
+        assert_allclose(together, one + two, rtol=1e-12)
 
 
 def test_two_bodies_each_have_their_own_loads(box: Box) -> None:
@@ -232,8 +220,8 @@ def test_two_bodies_each_have_their_own_loads(box: Box) -> None:
     _, first, second = loads(loads_model(environment(SWELL), pair, 0.0, 0.05, 30.0), times, dofs=12)
     for at, dofs in ((pair[0], slice(0, 6)), (replace(pair[1], offset=0), slice(6, 12))):
         alone = loads(loads_model(environment(SWELL), [at], 0.0, 0.05, 30.0), times)
-        np.testing.assert_allclose(first[:, dofs], alone[1], rtol=1e-13)
-        np.testing.assert_allclose(second[:, dofs], alone[2], rtol=1e-13)
+        assert_allclose(first[:, dofs], alone[1], rtol=1e-13)
+        assert_allclose(second[:, dofs], alone[2], rtol=1e-13)
 
 
 def test_what_has_no_load_has_no_column(box: Box) -> None:

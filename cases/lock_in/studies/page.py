@@ -1,6 +1,6 @@
 """Writes the tables of README.md from those of the studies, and draws lock_in.png.
 
-python cases/lock_in/studies/page.py, after hydrosim sweep of the five studies
+python cases/lock_in/studies/page.py, after hydrosim study of the five files
 """
 
 from __future__ import annotations

@@ -9,13 +9,12 @@ from pydantic import BeforeValidator
 from hydrosim.case.elements.catenary import CatenaryEntry, Lines
 from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.elements.springs import SpringEntry, StrutEntry, TorsionSpringEntry
 from hydrosim.case.elements.winch import WinchEntry
 from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
 from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
-from hydrosim.scene.links import AnyCoordinateElement, Compensator
+from hydrosim.scene.links import AnyCoordinateElement, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, LinearMooring
 
@@ -31,11 +30,11 @@ AnyElement = Annotated[
     | AppliedForce
     | Fender
     | Landing
-    | SpringEntry
+    | Spring
     | CatenaryEntry
     | Lines
-    | StrutEntry
-    | TorsionSpringEntry
+    | Strut
+    | TorsionSpring
     | AnyCoordinateElement
     | Bushing
     | LinearDamping

@@ -8,11 +8,17 @@ from math import cos, isfinite, sin
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, cast
 
 import numpy as np
-from pydantic import AfterValidator, StrictStr, model_validator
+from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
-from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
+from hydrosim.case.elements.element import Breaking, BuildContext
 from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of_system
-from hydrosim.case.lines.system import MAX_SEGMENTS, MooringLine, System
+from hydrosim.case.lines.system import (
+    MAX_SEGMENTS,
+    MooringLine,
+    StretchCurve,
+    System,
+    stiffness_and_curves,
+)
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
@@ -20,7 +26,7 @@ from hydrosim.files.text import Source
 from hydrosim.files.units import problem
 from hydrosim.modes import NO_INDEX
 from hydrosim.scene.force import CHAIN, STEEL
-from hydrosim.scene.signal import RecordedColumns
+from hydrosim.scene.signal import LengthOverTime, RecordedColumns, length_signal
 
 if TYPE_CHECKING:
     from hydrosim.elements.line.catenary import Catenary as BuiltCatenary
@@ -56,6 +62,16 @@ class Chain(SchemaModel):
         return CHAIN[self.type][1] * self.diameter**2
 
 
+def _stiffness_form(value: object) -> str:
+    return "curve" if isinstance(value, dict | StretchCurve) else "number"
+
+
+AxialLaw = Annotated[
+    Annotated[of.AxialStiffness, Tag("number")] | Annotated[StretchCurve, Tag("curve")],
+    Discriminator(_stiffness_form),
+]
+
+
 class LineDrag(SchemaModel):
     """Drag of a segment across its length."""
 
@@ -73,8 +89,8 @@ class Segment(SchemaModel):
     in the first segment alone."""
     weight: of.LineWeight | None = None
     """Weight in water per length; below 0 if it floats."""
-    stiffness: of.AxialStiffness | None = None
-    """Axial stiffness EA: tension per strain."""
+    stiffness: AxialLaw | None = None
+    """Axial stiffness EA, tension over stretch, or a curve of it. Example: 600 MN."""
     chain: Chain | None = None
     """Chain, in place of weight and stiffness."""
     drag: LineDrag | None = None
@@ -137,7 +153,14 @@ class CatenaryEntry(Breaking):
         "anchor_body": "topside",
         "segments": [
             {"length": "5 m", "weight": "0.6 kN/m", "stiffness": "1 MN", "clump": "0.5 kN"},
-            {"length": "2.5 m", "weight": "0.3 kN/m", "stiffness": "2 MN"},
+            {
+                "length": "2.5 m",
+                "weight": "0.3 kN/m",
+                "stiffness": {
+                    "stretch": ["0 %", "10 %", "20 %"],
+                    "tension": ["0 N", "9 kN", "99 kN"],
+                },
+            },
         ],
         "capacity": "200 kN",
     }
@@ -181,28 +204,32 @@ class CatenaryEntry(Breaking):
 
     def build(self, where: BuildContext) -> BuiltCatenary:
         from hydrosim.elements.line.catenary import Catenary as BuiltCatenary  # loads numba
+        from hydrosim.elements.signal import first_value
 
         paid = None
         first = self.segments[0].length
         if not isinstance(first, float):
-            paid, first = length_signal(first, f"{where.key}.segments[0].length", where.path)
+            paid = length_signal(first, f"{where.key}.segments[0].length", where.path)
+            first = first_value(paid)
         length = [first, *(s.length for s in self.segments[1:])]
         density, gravity = where.water
         weight = [s.chain.weight(density, gravity) if s.chain else s.weight for s in self.segments]
-        stiffness = [s.chain.stiffness if s.chain else s.stiffness for s in self.segments]
+        laws = (s.chain.stiffness if s.chain else s.stiffness for s in self.segments)
+        stiffness, curves = stiffness_and_curves([law for law in laws if law is not None])
         return BuiltCatenary(
             self.body,
             point=self.point,
             anchor=self.anchor,
             length=np.array(length, float),
             weight=np.array(weight, float),
-            stiffness=np.array(stiffness, float),
+            stiffness=stiffness,
             hung=np.array([s.hung for s in self.segments]),
             drag_width=np.array([s.width for s in self.segments]),
             friction=self.seabed.friction if self.seabed else None,
             anchor_body=self.anchor_body,
             paid=paid,
             paying=NO_INDEX if paid is None else 0,
+            curves=curves,
             capacity=self.capacity,
         )
 

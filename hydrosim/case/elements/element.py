@@ -5,24 +5,22 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from pydantic import AfterValidator, ConfigDict, Discriminator, StrictStr, Tag, model_validator
+from pydantic import ConfigDict, StrictStr, model_validator
 
-from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
-from hydrosim.scene.force import Active, BuildContext, Moment, When, build_condition
-from hydrosim.scene.signal import (
-    HarmonicEntry,
-    RecordedColumns,
-    Signal,
-    TableOverTime,
-    signal_of,
-    smallest_value,
+from hydrosim.scene.force import (
+    Active,
+    BreaksAt,
+    BuildContext,
+    Moment,
+    build_condition,
+    until_it_breaks,
 )
+from hydrosim.scene.signal import RecordedColumns
 
 if TYPE_CHECKING:
     from hydrosim.scene import ForceElement
@@ -85,35 +83,6 @@ class Element(Exemplary):
         yield from ()
 
 
-# `breaks_at`: the tension or the time at which a line parts.
-
-
-class Break(SchemaModel):
-    """The tension or the time at which a line parts."""
-
-    tension: of.ReferenceForce | None = None
-    """Tension at which the line parts."""
-    time: of.Instant | None = None
-    """Time at which the line parts."""
-
-    @model_validator(mode="after")
-    def _check_one(self) -> Self:
-        given = self.keys_with_value("tension", "time")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "an empty mapping", "either tension or time")
-        return self
-
-
-def _break_form(value: object) -> str:
-    return "mapping" if isinstance(value, dict | Break) else "tension"
-
-
-BreaksAt = Annotated[
-    Annotated[of.ReferenceForce, Tag("tension")] | Annotated[Break, Tag("mapping")],
-    Discriminator(_break_form),
-]
-
-
 class Breaking(Element):
     """A line that may part: the end of its action, located as an event."""
 
@@ -131,71 +100,4 @@ class Breaking(Element):
         return self
 
     def breaking(self, where: BuildContext, active: Active | None) -> Active | None:
-        if self.breaks_at is None:
-            return active
-        given = self.breaks_at
-        time = given.time if isinstance(given, Break) else None
-        tension = given.tension if isinstance(given, Break) else given
-        channel = f"{self.tension_channel}.{where.key.removeprefix('forces.')}"
-        parts = When(time) if time is not None else When(0.0, channel, above=tension)
-        return replace(active, until=parts) if active else Active(until=parts)
-
-
-# Lengths over time: a table, a recorded series, or a sine.
-
-
-class LengthTable(SchemaModel):
-    """Straight lines between the lengths at some times, constant outside."""
-
-    time: of.Times
-    """Times that rise."""
-    length: Annotated[tuple[of.LineLength, ...], AfterValidator(of.require_entries)]
-    """Length at each time, with straight lines between."""
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        if len(self.time) != len(self.length):
-            found_text = f"{len(self.time)} times and {len(self.length)} lengths"
-            raise problem(found_text, "a length for each time")
-        return self
-
-
-def _length_form(value: object) -> str:
-    """Which of the forms a length has."""
-    if isinstance(value, LengthTable) or (isinstance(value, dict) and "time" in value):
-        return "table"
-    if isinstance(value, RecordedColumns) or (isinstance(value, dict) and "file" in value):
-        return "recorded"
-    return "harmonic" if isinstance(value, dict | HarmonicEntry) else "length"
-
-
-LengthOverTime = Annotated[
-    Annotated[of.LineLength, Tag("length")]
-    | Annotated[LengthTable, Tag("table")]
-    | Annotated[RecordedColumns, Tag("recorded")]
-    | Annotated[HarmonicEntry[of.Length], Tag("harmonic")],
-    Discriminator(_length_form),
-]
-
-
-def length_signal(
-    form: LengthTable | RecordedColumns | HarmonicEntry[float], key: str, path: Path
-) -> tuple[Signal, float]:
-    """The signal of a length [m], and its value at time 0. Raises as `signals.signal_of` does, and
-    a problem for a length that is not always above 0."""
-    from hydrosim.elements.signal import first_value  # loads numba
-    from hydrosim.errors import InputError
-
-    same: TableOverTime[float] | RecordedColumns | HarmonicEntry[float]
-    if isinstance(form, LengthTable):
-        same = TableOverTime[float].model_construct(time=form.time, force=form.length)
-    else:
-        same = form
-    signal = signal_of(same, key, path, "m")
-    shortest = smallest_value(signal)
-    if not shortest > 0.0:
-        raise InputError(
-            f"{path}: {key}: found a length that falls to {shortest:g} m; expected one that is"
-            " always above 0."
-        )
-    return signal, first_value(signal)
+        return until_it_breaks(active, self.breaks_at, self.tension_channel, where)

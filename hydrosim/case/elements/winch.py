@@ -10,12 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
-from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
+from hydrosim.case.elements.element import Breaking, BuildContext
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
-from hydrosim.scene.signal import HarmonicEntry, RecordedColumns, signal_of
+from hydrosim.scene.signal import (
+    HarmonicEntry,
+    LengthOverTime,
+    RecordedColumns,
+    length_signal,
+    signal_of,
+)
 
 if TYPE_CHECKING:
     from hydrosim.elements.line.drum import Control
@@ -252,7 +258,7 @@ class WinchEntry(Breaking):
 
         length: Any = self.length
         if length is not None and not isinstance(length, float):
-            length, _ = length_signal(length, f"{where.key}.length", where.path)
+            length = length_signal(length, f"{where.key}.length", where.path)
         return Built(
             self.body,
             point=self.point,

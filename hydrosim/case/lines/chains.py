@@ -22,6 +22,7 @@ from hydrosim.case.lines.system import (
     LineType,
     MooringLine,
     PointSupport,
+    StretchCurve,
     System,
 )
 from hydrosim.errors import InputError
@@ -261,7 +262,7 @@ def _line_keys(line: MooringLine, system: System) -> dict[str, object]:
         section_keys: dict[str, object] = {
             "length": _text_with_unit(s.length, "m"),
             "weight": _text_with_unit(s.weight, "N/m"),
-            "stiffness": _text_with_unit(s.stiffness, "N"),
+            "stiffness": _stiffness_keys(s.stiffness),
         }
         if s.drag > 0.0:
             section_keys["drag"] = {
@@ -275,6 +276,13 @@ def _line_keys(line: MooringLine, system: System) -> dict[str, object]:
     if system.depth is not None:
         keys["seabed"] = {"friction": system.friction}
     return keys
+
+
+def _stiffness_keys(stiffness: float | StretchCurve) -> object:
+    if not isinstance(stiffness, StretchCurve):
+        return _text_with_unit(stiffness, "N")
+    tension = [_text_with_unit(T, "N") for T in stiffness.tension]
+    return {"stretch": list(stiffness.stretch), "tension": tension}
 
 
 def _text_with_unit(value: float, unit: str) -> str:

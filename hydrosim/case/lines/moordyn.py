@@ -6,8 +6,8 @@ read. Places of coupled points are in the axes of the vessel; those of points of
 axes of that body, which has a place of its own (Hall, M., MoorDyn's documentation, "Inputs").
 
 Refused, because a line in static balance cannot follow them: rods, pinned bodies, control,
-failures, loads on points, tables of tension over strain, a seabed that is not level. What is left
-out (bending stiffness, the mass of a free body, options that are not known) is told.
+failures, loads on points, a seabed that is not level. What is left out (bending stiffness, the mass
+of a free body, options that are not known) is told.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from math import cos, radians, sin
 
 import numpy as np
+from pydantic import ValidationError
 
 from hydrosim.case.lines import sections
 from hydrosim.case.lines.sections import (
@@ -29,8 +30,16 @@ from hydrosim.case.lines.sections import (
     read_sections,
     read_table,
 )
-from hydrosim.case.lines.system import LineType, Piece, Place, Point, PointSupport, System
-from hydrosim.files.text import Source
+from hydrosim.case.lines.system import (
+    LineType,
+    Piece,
+    Place,
+    Point,
+    PointSupport,
+    StretchCurve,
+    System,
+)
+from hydrosim.files.text import Source, parse
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_SECTIONS = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
@@ -165,10 +174,30 @@ def _read_types(rows: SectionTable) -> dict[str, LineType]:
         types_by_name[words[0]] = LineType(
             rows.number(line, words, diameter, sections.DIAMETER, "the diameter"),
             rows.number(line, words, mass, sections.MASS_PER_LENGTH, "the mass per length"),
-            rows.number(line, words, stiffness, sections.AXIAL_STIFFNESS, "EA"),
+            _read_stiffness(rows, line, words, stiffness),
             rows.optional_number(line, words, "drag", sections.DRAG_COEFFICIENT),
         )
     return types_by_name
+
+
+def _read_stiffness(
+    rows: SectionTable, line: int, words: Sequence[str], column: int
+) -> float | StretchCurve:
+    """EA, or the curve in the file that is named there: rows of stretch and tension [N] below lines
+    of heading."""
+    name = words[column].partition("|")[0]
+    file = rows.source.file.parent / name
+    if sections.is_number(name) or not file.is_file():
+        return rows.number(line, words, column, sections.AXIAL_STIFFNESS, "EA")
+    source = Source(file, f"{rows.source.wanted or rows.source.file}: EA in line {line}")
+    table = parse(source, first="a stretch").rows
+    if table.shape[1] != 2:
+        source.wrong(f"found {table.shape[1]} columns; expected stretch and tension")
+    keys = dict(zip(("stretch", "tension"), table.T.tolist(), strict=True))
+    try:
+        return StretchCurve.model_validate(keys)
+    except ValidationError as error:
+        source.wrong(error.errors()[0]["msg"])
 
 
 def _find_stiffness_left_out(rows: SectionTable) -> Iterator[OmittedEntry]:

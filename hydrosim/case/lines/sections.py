@@ -198,7 +198,7 @@ def read_table(source: Source, section: FileSection) -> SectionTable:
     heading = [rows.pop(line) for line in [*rows][:2]]
     names = [name.lower() for name in (heading[0] if heading else [])]
     units = heading[1] if len(heading) > 1 else []
-    if sum(map(_is_number, units)) >= MIN_NUMBERS_OF_DATA:
+    if sum(map(is_number, units)) >= MIN_NUMBERS_OF_DATA:
         line = [*section.rows][2 if count is not None else 1]
         source.wrong("found numbers; expected the units of the columns", line)
     whole = [name for name in names if name not in OPTIONAL_COLUMNS]
@@ -227,7 +227,8 @@ def _take_count(rows: dict[int, list[str]]) -> int | None:
     return int(words[0])
 
 
-def _is_number(word: str) -> bool:
+def is_number(word: str) -> bool:
+    """Whether a word is a number."""
     try:
         float(word)
     except ValueError:
@@ -257,7 +258,7 @@ def read_number(
 
 
 def _refuse_text(source: Source, line: int | None, word: str, what: str) -> NoReturn:
-    remedy = "tables in files of their own are not read"
+    remedy = "a table is read for EA alone, from a file beside this one"
     source.wrong(f"found {value_text(word)}; expected a number for {what}; {remedy}", line)
 
 

@@ -6,13 +6,53 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Self
 
+import numpy as np
+from pydantic import model_validator
+
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import problem
 from hydrosim.scene import OmittedEntry
+from hydrosim.scene.force import MAX_CURVE_POINTS
 
 MAX_SEGMENTS = 100
 """Segments of one line. With 300 the touch-down passes more of their ends in a step than a run
 follows."""
 Place = tuple[float, float, float]
+
+
+class StretchCurve(SchemaModel):
+    """Tension of a line over its stretch; straight lines, the last one continued."""
+
+    stretch: of.Stretches
+    """Elongation over length without tension, which rises from 0."""
+    tension: of.RisingForces
+    """Tension at each stretch, which rises from 0."""
+
+    @model_validator(mode="after")
+    def _check_points(self) -> Self:
+        counts = len(self.stretch), len(self.tension)
+        if counts[0] != counts[1]:
+            found_text = f"{counts[0]} values in stretch and {counts[1]} in tension"
+            raise problem(found_text, "a tension for each stretch")
+        if counts[0] > MAX_CURVE_POINTS:
+            raise problem(f"{counts[0]} points", f"at most {MAX_CURVE_POINTS}")
+        return self
+
+
+def stiffness_and_curves(
+    stiffness: Sequence[float | StretchCurve],
+) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """EA (n,) [N] of segments without tension, and curves (2, k) by their number."""
+    curves = {
+        i: np.array([s.stretch, s.tension])
+        for i, s in enumerate(stiffness)
+        if isinstance(s, StretchCurve)
+    }
+    slopes = {i: tension[1] / stretch[1] for i, (stretch, tension) in curves.items()}
+    return np.array([slopes.get(i, s) for i, s in enumerate(stiffness)], float), curves
 
 
 class PointSupport(StrEnum):
@@ -25,12 +65,12 @@ class PointSupport(StrEnum):
 
 @dataclass(frozen=True)
 class LineType:
-    """Cross-section: volumetric ``diameter`` [m], ``mass`` per length [kg/m], ``stiffness`` EA [N],
-    transverse ``drag`` coefficient."""
+    """Cross-section: volumetric ``diameter`` [m], ``mass`` per length [kg/m], ``stiffness`` EA [N]
+    or a curve, transverse ``drag`` coefficient."""
 
     diameter: float
     mass: float
-    stiffness: float
+    stiffness: float | StretchCurve
     drag: float = 0.0
 
 
@@ -78,12 +118,12 @@ class System:
 
 @dataclass(frozen=True)
 class LinePiece:
-    """A piece of a mooring line: ``length`` [m], ``weight`` in water [N/m], ``stiffness`` [N],
-    ``hung`` [N] at its lower end, ``drag`` coefficient and its ``diameter`` [m]."""
+    """A piece of a mooring line: ``length`` [m], ``weight`` in water [N/m], ``stiffness`` [N] or a
+    curve, ``hung`` [N] at its lower end, ``drag`` coefficient and its ``diameter`` [m]."""
 
     length: float
     weight: float
-    stiffness: float
+    stiffness: float | StretchCurve
     hung: float
     drag: float
     diameter: float

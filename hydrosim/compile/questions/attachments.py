@@ -206,9 +206,8 @@ def _ask_about_softness(
     if of.anchor_body is not None or of.body not in about.derived.databases:
         return
     weight = about.scene.environment.gravity * about.scene.bodies[about.body_numbers[of.body]].mass
-    stiffness = float(line.line_pieces["stiffness"].min())
-    if stiffness < MIN_STIFFNESS_OVER_WEIGHT * weight:
-        found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
+    if line.stiffness < MIN_STIFFNESS_OVER_WEIGHT * weight:
+        found_text = f"an EA of {line.stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
         usual = f"usual is above {MIN_STIFFNESS_OVER_WEIGHT:g} of the weight"
         advice = "Check the diameter and its unit."
         yield query.Query(f"forces.{line.name}.segments", found_text, usual, advice)

@@ -8,7 +8,8 @@ from math import inf
 import numpy as np
 
 from hydrosim.compile.questions import query
-from hydrosim.elements.line.catenary import Catenary
+from hydrosim.elements.line.catenary import Catenary, pieces_of_line
+from hydrosim.elements.line.points import largest_strain
 from hydrosim.elements.line.winch import Winch
 from hydrosim.integrate.state import start_loads
 from hydrosim.scene import Body, Weight
@@ -92,7 +93,7 @@ def _ask_about_strengths(about: query.SceneContext) -> Iterator[query.Query]:
         bars = list(query.bar_diameters(of, about.scene.environment))
         breaking = strongest_breaking_load(min(bars)) if bars else 0.0
         low, high = LEAST_OF_BREAKING * breaking, MOST_OF_BREAKING * breaking
-        strain = of.capacity / float(of.stiffness.min())
+        strain = largest_strain(pieces_of_line(of), of.capacity)
         if bars and not low <= of.capacity <= high:
             found_text = f"{of.capacity:.3g} N, for a chain of {1e3 * min(bars):.3g} mm"
             usual = f"such a chain of grade R5 breaks at {breaking:.3g} N"

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrosim.compile.questions.query import Query, SceneContext, extents, text_beyond
 from hydrosim.elements.kind import elements_of
-from hydrosim.elements.line.points import line_shapes
+from hydrosim.elements.line.points import largest_tension, line_shapes
 from hydrosim.elements.link.kind import LINK_KIND, SPRING_KIND, link_kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.contacts import Contact, NormalCurve, PrescribedNormal
@@ -254,6 +254,11 @@ def _ask_about_catenaries(about: SceneContext) -> Iterator[Query]:
             strain = text_beyond(line.strain, MAX_START_STRAIN, ".1%")
             found_text = f"{line.length:g} m, stretched by {strain} at the start"
             yield Query(f"{key}.segments", found_text, f"usual is up to {MAX_START_STRAIN:.0%}")
+        tension = largest_tension(line.pull)
+        if tension > line.curve_end:
+            found_text = f"a tension of {text_beyond(tension, line.curve_end)} N at the start"
+            usual = f"the curve of stiffness ends at {line.curve_end:.3g} N"
+            yield Query(f"{key}.segments", found_text, usual, "Its last slope goes on.")
         if line.pull.H == 0.0 and line.ends.x > 0.0:
             found_text = f"{line.length:g} m, slack at the start: no horizontal pull"
             yield Query(f"{key}.segments", found_text, "a moored body is held by its lines")

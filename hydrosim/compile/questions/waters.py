@@ -267,8 +267,8 @@ def ask_about_sloshing(about: query.SceneContext) -> Iterator[query.Query]:
 
 
 def _roll_period(about: query.SceneContext, i: int, body: scene.Body, db: HydroDatabase) -> float:
-    """Natural period [s] in roll of body ``i`` at the start, as `hydrosim linear` computes it, with
-    the free surfaces of tanks and all restoring forces. Infinite if it does not roll."""
+    """Natural period [s] in roll of body ``i`` at the start, as `hydrosim analyse` computes it,
+    with the free surfaces of tanks and all restoring forces. Infinite if it does not roll."""
     calm = without_waves(about.model)
     try:
         periods = modes.natural_periods(linearise(calm, about.state))

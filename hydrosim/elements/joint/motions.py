@@ -5,13 +5,12 @@
 q, u: the motion and its rate [m or rad]; f: force or moment on the joint's body along it, its
 opposite on the other body. A stop at the end e presses with k_s d + c_s d', where d = |q - e| is
 the way beyond it. It never pulls: where that would be negative, there is no force. Friction is the
-given kinetic force against the motion. At rest a constraint holds u = 0, until its force exceeds
-the static one.
+given kinetic force against the motion, and a part that grows with the load of the joint
+(`elements.joint.load_friction`). At rest a constraint holds u = 0, until its force exceeds the
+static one.
 
-Modes of friction: none, stuck, or moving up or down. Modes of the stop, in the column `SEGMENT`:
-away from both, pressed, or beyond the end without force. All changes are events.
-
-Limit: friction does not depend on the load in the joint.
+Modes of friction: none, stuck, moving up or down, or undefined. Modes of the stop, in the column
+`SEGMENT`: away from both, pressed, or beyond the end without force. All changes are events.
 """
 
 from __future__ import annotations
@@ -40,19 +39,21 @@ from hydrosim.modes import (
     MARGINS,
     MODE,
     NO_INDEX,
+    RISING_MARGIN,
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.multibody.tree import BALL, coordinate_places, push_joint
+from hydrosim.multibody.tree import BALL, SLIDE, coordinate_places, push_joint
 from hydrosim.multibody.vectors import dot, quaternion_of_parameters, rotation_vector
-from hydrosim.scene import ForceElement, JointResistance, Scene
+from hydrosim.scene import ForceElement, JointFriction, JointResistance, Scene
 from hydrosim.scene.scene import tree_joints
 
-NO_FRICTION, STUCK, UP, DOWN = range(4)
+NO_FRICTION, STUCK, UP, DOWN, UNDEFINED_FRICTION = range(5)
 AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
-FRICTION_MODES = ("frictionless", "stuck", "up", "down")
+FRICTION_MODES = ("frictionless", "stuck", "up", "down", "undefined")
 STOPS = ("away", "at_lowest", "at_highest", "below", "above")
 MOTION_POSITION, MOTION_RATE, MOTION_FORCE, JOINT_MOTION_OUTPUTS = range(4)
+MOTION_FRICTION, MOTION_LOAD, LOADED_MOTION_OUTPUTS = range(JOINT_MOTION_OUTPUTS, 6)
 REST_RATE = 1e-12  # m/s or rad/s after an impact: rounding
 
 MOTION = np.dtype(
@@ -61,19 +62,25 @@ MOTION = np.dtype(
         *(("stiffness", float), ("neutral", float), ("damping", float)),
         *(("lowest", float), ("highest", float), ("stop", float), ("dashpot", float)),
         *(("static", float), ("kinetic", float)),
+        *(("static_coefficient", float), ("kinetic_coefficient", float)),
+        *(("radius", float), ("collar", float), ("couple", float)),
+        *(("joint", int), ("shifts", bool)),
     ]
 )
 """A motion: its coordinate, its move of the tree and the axis of that, its row of forces
 (`NO_INDEX` if nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force,
-negative if none."""
+negative if none. For friction by load: both mu, 0 if none; r, c and 1 / L; the number of its joint,
+and whether that moves the place of the joint away from its bearings."""
 
 
 class JointMotionConstants(NamedTuple):
     """The motions ``each`` (n,) of `MOTION` of all joints of trees; the number of ``rows`` of
-    constraints at most; the first of their rows of modes and of their reactions."""
+    constraints at most; those with friction by load, ``loaded`` (m,); the first of their rows of
+    modes and of their reactions."""
 
     each: np.ndarray
     rows: int
+    loaded: np.ndarray
     mode: int
     reaction: int
 
@@ -83,24 +90,31 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Jo
     places = coordinate_places(layout.tree)
     rows = []
     coordinate = min(places, default=0)
-    for name, joint in layout.joints.items():
+    for number, (name, joint) in enumerate(layout.joints.items()):
         for i in range(0 if name in layout.constraints else len(joint.motions)):
             acting = joint.resistances[i] if joint.resistances else JointResistance()
             row = layout.row[name] if acting.acts else NO_INDEX
-            rows.append((coordinate, *places[coordinate], row, *_resistance_constants(acting)))
+            move, axis = places[coordinate]
+            kind, sign = layout.tree.moves[["kind", "sign"]][move]
+            shifts = kind == SLIDE and sign < 0.0
+            constants = (coordinate, move, axis, row, *_resistance_constants(acting))
+            rows.append((*constants, number, shifts))
             coordinate += 1
-    constants = np.array(rows, dtype=MOTION)
-    return JointMotionConstants(constants, int((constants["static"] >= 0.0).sum()), 0, 0)
+    motions = np.array(rows, dtype=MOTION)
+    loaded = np.flatnonzero(motions["kinetic_coefficient"] > 0.0)
+    return JointMotionConstants(motions, int((motions["static"] >= 0.0).sum()), loaded, 0, 0)
 
 
 def _resistance_constants(acting: JointResistance) -> tuple[float, ...]:
     stops = acting.stops
-    friction = acting.friction
+    friction = acting.friction or JointFriction(-1.0, 0.0)
     return (
         *(acting.stiffness, acting.neutral, acting.damping),
         *((stops.lowest, stops.highest) if stops else (-inf, inf)),
         *((stops.stiffness, stops.damping) if stops else (0.0, 0.0)),
-        *((friction.static, friction.kinetic) if friction else (-1.0, 0.0)),
+        *(friction.static, friction.kinetic),
+        *(friction.static_coefficient, friction.kinetic_coefficient),
+        *(friction.radius, friction.collar_radius, 1.0 / friction.bearing_distance),
     )
 
 
@@ -188,10 +202,18 @@ def add_energy(y, modes, p, stored):
             )
 
 
+@kernel
+def _left_of_friction(i, p, reactions):
+    """Friction that is left to the stuck motion ``i`` before it breaks loose."""
+    reaction = reactions[p.reaction + i]
+    return p.each[i].static + reaction[1] - abs(reaction[0])
+
+
 @root
 def find_margins(y, modes, bodies, p, reactions, out):
     """Margins of all motions into ``out``: way to the stops, or beyond the one that is met; the
-    force of that stop; the rate along the motion, or the friction that is left."""
+    force of that stop; the rate along the motion, or the friction that is left; what is left until
+    friction by load is undefined."""
     n = bodies.active.size
     for i in range(p.each.size):
         joint_motion = p.each[i]
@@ -202,9 +224,11 @@ def find_margins(y, modes, bodies, p, reactions, out):
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == STUCK:
-            out[m + FRICTION_MARGIN] = joint_motion.static - abs(reactions[p.reaction + i, 0])
-        elif mode[MODE] != NO_FRICTION:
+            out[m + FRICTION_MARGIN] = _left_of_friction(i, p, reactions)
+        elif mode[MODE] == UP or mode[MODE] == DOWN:
             out[m + FRICTION_MARGIN] = u if mode[MODE] == UP else -u
+            if joint_motion.kinetic_coefficient > 0.0:
+                out[m + RISING_MARGIN] = reactions[p.reaction + i, 1]
         if joint_motion.stop == 0.0:
             continue
         stop = mode[SEGMENT]
@@ -240,6 +264,8 @@ def transition(i, which, y, modes, bodies, reactions, p):
             mode[SEGMENT] = BELOW if stop == AT_LOWEST else AT_LOWEST
         else:
             mode[SEGMENT] = ABOVE if stop == AT_HIGHEST else AT_HIGHEST
+    elif which == RISING_MARGIN:
+        mode[MODE] = UNDEFINED_FRICTION
     elif mode[MODE] == STUCK:
         mode[MODE] = UP if reactions[p.reaction + i, 0] < 0.0 else DOWN
     else:
@@ -305,13 +331,19 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
 
 @root_giving(bool)
 def break_loose(modes, p, reactions):
-    """Release the first stuck motion whose reaction exceeds its friction; true if there was one."""
+    """Release the first stuck motion whose reaction exceeds its friction, or find one that slides
+    with undefined friction; true if there was one."""
     for i in range(p.each.size):
-        if modes[p.mode + i, MODE] == STUCK:
-            force = reactions[p.reaction + i, 0]
-            if abs(force) > p.each[i].static:
-                modes[p.mode + i, MODE] = UP if force < 0.0 else DOWN
-                return True
+        mode = modes[p.mode + i]
+        if mode[MODE] == STUCK and _left_of_friction(i, p, reactions) < 0.0:
+            mode[MODE] = UP if reactions[p.reaction + i, 0] < 0.0 else DOWN
+            return True
+    for i in p.loaded:
+        mode = modes[p.mode + i]
+        slides = mode[MODE] == UP or mode[MODE] == DOWN
+        if slides and not reactions[p.reaction + i, 1] > 0.0:
+            mode[MODE] = UNDEFINED_FRICTION
+            return True
     return False
 
 
@@ -335,20 +367,28 @@ def recheck_after_impact(y, modes, bodies, p):
             modes[p.mode + i, MODE] = UP if u > REST_RATE else DOWN if u < -REST_RATE else STUCK
 
 
+@kernel
+def output_count(p):
+    """Number of the outputs of a motion: more if friction of any motion depends on its load."""
+    return LOADED_MOTION_OUTPUTS if p.loaded.size > 0 else JOINT_MOTION_OUTPUTS
+
+
 @root
 def write_outputs(y, modes, bodies, p, reactions, out):
-    """Write rows of `JOINT_MOTION_OUTPUTS` of all motions to ``out``: q, u and f; of a ball the
-    rotation vector."""
+    """Write rows of `output_count` of all motions to ``out``: q, u and f; of a ball the rotation
+    vector. If friction of any depends on its load, of all their friction and W as well."""
     n = bodies.active.size
     tree = bodies.tree
+    width = output_count(p)
     for i in range(p.each.size):
         joint_motion = p.each[i]
         q = y[joint_motion.coordinate]
         u = y[n + joint_motion.coordinate]
         mode = modes[p.mode + i]
         force = _acting_force(joint_motion, mode, q, u)
-        if mode[MODE] == STUCK:
-            force += reactions[p.reaction + i, 0]
+        reaction = reactions[p.reaction + i]
+        if mode[MODE] == STUCK or joint_motion.kinetic_coefficient > 0.0:
+            force += reaction[0]
         if tree.moves[joint_motion.move].kind == BALL and bodies.exact:
             j = joint_motion.coordinate - joint_motion.axis
             s = (0.25 * y[j], 0.25 * y[j + 1], 0.25 * y[j + 2])
@@ -358,9 +398,19 @@ def write_outputs(y, modes, bodies, p, reactions, out):
                 1.0 * (joint_motion.axis == 2),
             )
             q = dot(rotation_vector(quaternion_of_parameters(s)), chosen)
-        out[JOINT_MOTION_OUTPUTS * i + MOTION_POSITION] = q
-        out[JOINT_MOTION_OUTPUTS * i + MOTION_RATE] = u
-        out[JOINT_MOTION_OUTPUTS * i + MOTION_FORCE] = force
+        out[width * i + MOTION_POSITION] = q
+        out[width * i + MOTION_RATE] = u
+        out[width * i + MOTION_FORCE] = force
+        if width == LOADED_MOTION_OUTPUTS:
+            load = 0.0
+            if joint_motion.kinetic_coefficient > 0.0 and mode[MODE] == STUCK:
+                load = reaction[1] / joint_motion.static_coefficient
+            elif joint_motion.kinetic_coefficient > 0.0:
+                load = abs(reaction[0]) / joint_motion.kinetic_coefficient
+            out[width * i + MOTION_FRICTION] = reaction[0] + _friction_force(
+                joint_motion, mode[MODE]
+            )
+            out[width * i + MOTION_LOAD] = load
 
 
 class JointMotionKind(KindWithModeSets):
@@ -371,6 +421,12 @@ class JointMotionKind(KindWithModeSets):
         "joint_motion_force": Variable(
             "force or moment of spring, damping, stops and friction of a joint on its body",
             "N or N m",
+        ),
+        "joint_friction": Variable(
+            "dry friction in a joint on its body, that at rest included", "N or N m"
+        ),
+        "joint_friction_load": Variable(
+            "load of the bearings of a joint that its friction grows with", "N or N m"
         ),
         "joint_motion_mode": Variable(
             "mode of the friction in a joint", "1", flags=" ".join(FRICTION_MODES)
@@ -418,13 +474,29 @@ class JointMotionKind(KindWithModeSets):
 
     def record(self, p: JointMotionConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
         dims = ("time", self.unit)
-        return {
+        columns: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
             "joint_position": (dims, unit_record.observed[:, :, MOTION_POSITION]),
             "joint_velocity": (dims, unit_record.observed[:, :, MOTION_RATE]),
             "joint_motion_force": (dims, unit_record.observed[:, :, MOTION_FORCE]),
             "joint_motion_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
             "joint_motion_segment": (dims, unit_record.modes[:, :, SEGMENT].astype(np.int8)),
         }
+        if p.loaded.size:
+            columns["joint_friction"] = dims, unit_record.observed[:, :, MOTION_FRICTION]
+            columns["joint_friction_load"] = dims, unit_record.observed[:, :, MOTION_LOAD]
+        return columns
+
+    def undefined_units(
+        self, p: JointMotionConstants, modes: np.ndarray
+    ) -> Iterator[tuple[int, str]]:
+        for i in np.flatnonzero(modes[:, MODE] == UNDEFINED_FRICTION).tolist():
+            yield (
+                i,
+                f"with a kinetic_coefficient of {p.each[i]['kinetic_coefficient']:g} its friction"
+                " loads the bearings that cause it so much that no friction balances, or several"
+                " do (Painleve). A longer guide_length or bearing_distance, a smaller coefficient,"
+                " or forces and a centre of gravity nearer to the joint prevent that",
+            )
 
 
 JOINT_MOTION_KIND = JointMotionKind("joint_motions", (), compile_elements)

@@ -14,8 +14,9 @@ The solution of the last accepted step is in the state. It is the first guess of
 which does not depend on it. Modes are profiles: which segment touches down, where the friction of
 the bed ends, whether the line is slack. The slope of the stiffness jumps from one profile to the
 next, and the tension has a kink in its second derivative. A kink is an event where it is
-`SHARP_KINK` over a step or the line is nearly slack. Other kinks are passed: they change the
-impulse of the line in that step by less than 3e-5 of its tension times the step.
+`SHARP_KINK` over a step, the line is nearly slack, or its tension passes a corner of a curve of
+tension over stretch: there the stiffness of a light line jumps. Other kinks are passed: they change
+the impulse of the line in that step by less than 3e-5 of its tension times the step.
 
 Without friction of the bed, the line has a potential: strain energy plus weight in water times
 height. The drag is its loss, and so is the work of a length that changes, with the opposite sign.
@@ -38,7 +39,7 @@ import numpy as np
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
-from hydrosim.elements.line.hang import SuspendedLine
+from hydrosim.elements.line.hang import SuspendedLine, branch_at, branch_law, new_pieces
 from hydrosim.elements.signal import SIGNAL, compile_signals, value
 from hydrosim.elements.signal import rate as signal_rate
 from hydrosim.errors import InputError
@@ -57,6 +58,7 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import LINE_PIECE, add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement, OmittedEntry
+from hydrosim.scene.force import LimitedElement
 from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.signal import Signal, constant
 from hydrosim.water.current import current_at, mean_current
@@ -89,14 +91,16 @@ NEARLY_SLACK = shape.MAX_SLACK_PULL  # of the weight: horizontal pull below whic
 
 
 @dataclass(frozen=True)
-class Catenary(TwoPointElement):
+class Catenary(TwoPointElement, LimitedElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
 
     Segments (n,) from the fairlead to the anchor: unstretched ``length`` [m], ``weight`` in water
     [N/m], ``stiffness`` EA [N], ``hung`` [N] at the lower end (weight of a clump above 0, lift of a
     buoy below 0), ``drag_width`` [m], drag coefficient times diameter. ``friction`` is the
     coefficient of the seabed, None without a seabed. ``paid`` is the length of segment ``paying``
-    over time [m]. ``left_out`` is what its file says and the line has not.
+    over time [m]. ``curves`` (2, k) are stretches and tensions [N] of segments by their number, in
+    place of EA, which is that without tension. ``left_out`` is what its file says and the line has
+    not.
     """
 
     point: tuple[float, ...]
@@ -110,6 +114,7 @@ class Catenary(TwoPointElement):
     anchor_body: str | None = None
     paid: Signal | None = None
     paying: int = NO_INDEX
+    curves: Mapping[int, np.ndarray] = field(default_factory=dict, kw_only=True)
     left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
     def dragging_streams(self) -> Collection[str]:
@@ -186,7 +191,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
-        pieces.append(_pieces_of_line(e))
+        pieces.append(pieces_of_line(e))
         first = last
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in catenaries.values())])
     every = np.concatenate(pieces)
@@ -206,12 +211,9 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
     return mean_current(layout.current_profile, low, high)
 
 
-def _pieces_of_line(line: Catenary) -> np.ndarray:
+def pieces_of_line(line: Catenary) -> np.ndarray:
     """The segments, of `LINE_PIECE`."""
-    pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
-    for name in ("length", "weight", "stiffness", "hung"):
-        pieces[name] = getattr(line, name)
-    return pieces
+    return new_pieces(line.length, line.weight, line.stiffness, line.hung, line.curves)
 
 
 def _anchor_and_bed(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:
@@ -360,11 +362,13 @@ def add_ends(line, s, pull, drag, wrench, rate):
 
 @kernel
 def paid_energy(line, s, pull, pieces):
-    """Energy stored per length [N] that is added at the fairlead: w z - T - T^2/(2 EA)."""
+    """Energy stored per length [N] that is added at the fairlead: w z - T - integral of eps dT."""
     piece = pieces[line.first]
     T2 = pull.H * pull.H + pull.V * pull.V
+    T = sqrt(T2)
+    EA, o, c = branch_law(piece, branch_at(piece, T))
     height = s.z + s.anchor - line.datum
-    return piece.weight * height - sqrt(T2) - 0.5 * T2 / piece.stiffness
+    return piece.weight * height - T - 0.5 * T2 / EA - o * T - c
 
 
 @kernel
@@ -493,6 +497,7 @@ def update_at_step_end(t, y, modes, motion, bodies, p, watched, out):
         sharp = number != modes[row, SEGMENT] and (
             slack_before
             or line.paying != NO_INDEX
+            or number // shape.CORNER_CODE != modes[row, SEGMENT] // shape.CORNER_CODE
             or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
         )
         write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness)

@@ -26,19 +26,32 @@ Hence a stretch tells how far it falls short of its length along a unit vector e
 (`StretchSpan.along`), and how far it leads across e. With Tm = (H, M)
 
     L - (x, z) e = 2 L/S [(S/2 - |Tm|) + (|Tm| - Tm e) - H ex (atanh(q)/q - 1)] - L (Tm e)/EA
+
+A piece may have a curve of tension over stretch eps(T), straight between its corners (Irvine 1981,
+Jonkman 2007 for one slope):
+
+    x = integral of H/T (1 + eps) ds,   z = integral of V/T (1 + eps) ds
+
+On a branch eps = o + T/EA. There a stretch is one without o, (1 + o) times as long, of the same
+weight and the same softness L/EA. V is sqrt(Tk^2 - H^2) where T is that of a corner. These places
+move with H and V, but eps is continuous there, so the derivatives are sums over branches too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import log, log1p, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel
+from hydrosim.jit.kernels import kernel, root_giving
+from hydrosim.multibody.kinematics import LINE_PIECE, MAX_CORNERS
 
 STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
 UNIT_ROUNDING = 4e-16
+SAME_SLOPE_RTOL = 1e-12  # branches of a curve whose slopes differ by less are one
+NO_CURVES: Mapping[int, np.ndarray] = {}
 BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
 
 
@@ -87,9 +100,9 @@ def curvature(H, Va, Vb, Ta, Tb):
 
 
 @kernel
-def stretch_span(H, Va, w, L, EA, ex, ez):
-    """The `StretchSpan` of a stretch, for H > 0."""
-    D = w * L
+def elastic_span(H, Va, D, L, soft, ex, ez):
+    """The `StretchSpan` of a stretch of the weight ``D`` [N] and softness ``soft`` L/EA [m/N], for
+    H > 0."""
     Vb = remaining_pull(Va, D)
     HH = H * H
     VV = Va * Vb
@@ -112,7 +125,6 @@ def stretch_span(H, Va, w, L, EA, ex, ez):
     off = M * ex - H * ez
     lean = off * off / (Tm + on) if on > 0.0 else Tm - on
     scale = 2.0 * L / S
-    soft = L / EA
     along = on * soft - scale * (sag + lean - H * ex * g)
     across = off * soft + scale * (off - H * ez * g)
     zV = L * (open_ + HH) / (S * TT)
@@ -122,9 +134,8 @@ def stretch_span(H, Va, w, L, EA, ex, ez):
 
 
 @kernel
-def rest_energy(H, Va, w, L, EA):
+def elastic_rest(H, Va, D, L, soft):
     """Integral of T + T^2/(2 EA) over a stretch [N m], for H > 0."""
-    D = w * L
     Vb = remaining_pull(Va, D)
     Ta = sqrt(H * H + Va * Va)
     Tb = sqrt(H * H + Vb * Vb)
@@ -132,7 +143,170 @@ def rest_energy(H, Va, w, L, EA):
     M = 0.5 * (Va + Vb)
     run = 2.0 * H / S * (1.0 + curvature(H, Va, Vb, Ta, Tb))
     tension = 0.5 * L * (0.5 * S + 2.0 * M * M / S + H * run)
-    return tension + 0.5 * L / EA * (H * H + M * M + D * D / 12.0)
+    return tension + 0.5 * soft * (H * H + M * M + D * D / 12.0)
+
+
+# Pieces whose tension over stretch has corners.
+
+
+def new_pieces(
+    length: np.ndarray,
+    weight: np.ndarray,
+    stiffness: np.ndarray,
+    hung: np.ndarray,
+    curves: Mapping[int, np.ndarray] = NO_CURVES,
+) -> np.ndarray:
+    """Pieces (n,) of `LINE_PIECE`. ``curves`` are tension [N] over stretch (2, k) by the number of
+    the piece, which begin at (0, 0)."""
+    pieces = np.zeros(len(length), dtype=LINE_PIECE)
+    columns = {"length": length, "weight": weight, "stiffness": stiffness, "hung": hung}
+    for name, values in columns.items():
+        pieces[name] = values
+    for i, (strain, tension) in curves.items():
+        tangent = np.diff(tension) / np.diff(strain)
+        bends = 1 + np.flatnonzero(np.abs(np.diff(tangent)) > SAME_SLOPE_RTOL * tangent[1:])
+        complementary = np.cumsum(0.5 * np.diff(tension) * (strain[1:] + strain[:-1]))[bends - 1]
+        e, T, EA = strain[bends], tension[bends], tangent[bends]
+        piece = pieces[i]
+        piece["stiffness"], piece["corners"], piece["limit"] = tangent[0], bends.size, tension[-1]
+        piece["corner"][: bends.size] = T
+        piece["tangent"][: bends.size] = EA
+        piece["offset"][: bends.size] = e - T / EA
+        piece["energy"][: bends.size] = complementary - e * T + 0.5 * T * T / EA
+    return pieces
+
+
+@kernel
+def branch_law(piece, k):
+    """EA [N], o and c [N] of branch k, where eps = o + T/EA and integral of eps dT = c + o T +
+    T^2/(2 EA)."""
+    if k == 0:
+        return piece.stiffness, 0.0, 0.0
+    return piece.tangent[k - 1], piece.offset[k - 1], piece.energy[k - 1]
+
+
+@kernel
+def branch_at(piece, T):
+    """Number of the branch of a piece at the tension T."""
+    k = 0
+    while k < piece.corners and piece.corner[k] <= T:
+        k += 1
+    return k
+
+
+def branches_at(pieces: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """EA [N] and o (n,), as `branch_law`, of ``pieces`` (n,) under the tensions T (n,) [N]."""
+    has_corner = np.arange(MAX_CORNERS) < pieces["corners"][:, None]
+    k = np.count_nonzero(has_corner & (pieces["corner"] <= T[:, None]), axis=1)
+    i = np.arange(k.size)
+    EA = np.where(k == 0, pieces["stiffness"], pieces["tangent"][i, k - 1])
+    return EA, np.where(k == 0, 0.0, pieces["offset"][i, k - 1])
+
+
+@kernel
+def strain_at(piece, T):
+    """Stretch of a piece under the tension T."""
+    EA, o, _ = branch_law(piece, branch_at(piece, T))
+    return o + T / EA
+
+
+@kernel
+def pull_below_branch(piece, j, H):
+    """V where branch |j| of a piece ends, as V falls: its part with V > 0 if j > 0."""
+    T = piece.corner[max(j, -j + 1) - 1]
+    V = sqrt(max((T - H) * (T + H), 0.0))
+    return V if j > 0 else -V
+
+
+@root_giving(float, float, float, float, float, float)
+def curved_span(pieces, i, H, V, length, ex, ez):
+    """The entries of the `StretchSpan` of ``length`` [m] of piece i, branch by branch, and its
+    integral of T + (integral of eps dT) [N m], for H > 0."""
+    piece = pieces[i]
+    sense = -1.0 if piece.weight < 0.0 else 1.0
+    along = across = xH = zH = zV = rest = start = 0.0
+    j = piece.corners
+    while start < length:
+        end = length
+        if j > -piece.corners:
+            end = (sense * V - pull_below_branch(piece, j, H)) / abs(piece.weight)
+        if end > start:  # not so where it is not a number: a weightless piece at a corner
+            EA, o, c = branch_law(piece, abs(j))
+            part = min(end, length) - start
+            top = V - piece.weight * start
+            D = piece.weight * part
+            s = elastic_span(H, top, D, (1.0 + o) * part, part / EA, ex, ez)
+            along += s.along + o * part
+            across += s.across
+            xH += s.xH
+            zH += s.zH
+            zV += s.zV
+            rest += elastic_rest(H, top, D, (1.0 + o) * part, part / EA) + c * part
+            start = min(end, length)
+        j -= 1
+    return along, across, xH, zH, zV, rest
+
+
+@kernel
+def stretch_span(pieces, i, H, V, length, ex, ez):
+    """The `StretchSpan` of ``length`` [m] of piece i with V at its upper end, for H > 0."""
+    piece = pieces[i]
+    if piece.corners == 0:
+        D = piece.weight * length
+        return elastic_span(H, V, D, length, length / piece.stiffness, ex, ez)
+    along, across, xH, zH, zV, _ = curved_span(pieces, i, H, V, length, ex, ez)
+    return StretchSpan(along, across, xH, zH, zV)
+
+
+@kernel
+def rest_energy(pieces, i, H, V, length):
+    """Integral of T + (integral of eps dT) over ``length`` [m] of piece i [N m], for H > 0."""
+    piece = pieces[i]
+    if piece.corners == 0:
+        return elastic_rest(H, V, piece.weight * length, length, length / piece.stiffness)
+    _, _, _, _, _, rest = curved_span(pieces, i, H, V, length, 1.0, 0.0)
+    return rest
+
+
+@kernel
+def even_stretch(EA, o, c, Ta, Tb, length):
+    """Stretch [m], elastic energy [J] and softness [m/N] of ``length`` [m] on a branch, under a
+    tension that changes evenly from Ta to Tb."""
+    stretch = o * length + 0.5 * (Ta + Tb) * length / EA
+    energy = (Ta * Ta + Ta * Tb + Tb * Tb) * length / (6.0 * EA) - c * length
+    return stretch, energy, length / EA
+
+
+@root_giving(float, float, float)
+def curved_stretch(pieces, i, Ta, Tb, length):
+    """`even_stretch` of piece i, branch by branch."""
+    piece = pieces[i]
+    stretch = energy = soft = 0.0
+    low = min(Ta, Tb)
+    high = max(Ta, Tb)
+    level = branch_at(piece, low)
+    for k in range(level, piece.corners + 1):
+        start = max(low, piece.corner[k - 1]) if k > level else low
+        end = min(high, piece.corner[k]) if k < piece.corners else high
+        part = length * (end - start) / (high - low) if high > low else length
+        if end > start or high == low:
+            EA, o, c = branch_law(piece, k)
+            more = even_stretch(EA, o, c, start, end, part)
+            stretch += more[0]
+            energy += more[1]
+            soft += more[2]
+        if end >= high:
+            break
+    return stretch, energy, soft
+
+
+@kernel
+def lying_stretch(pieces, i, Ta, Tb, length):
+    """`even_stretch` of ``length`` [m] of piece i."""
+    piece = pieces[i]
+    if piece.corners == 0:
+        return even_stretch(piece.stiffness, 0.0, 0.0, Ta, Tb, length)
+    return curved_stretch(pieces, i, Ta, Tb, length)
 
 
 class SuspendedLine(NamedTuple):
@@ -143,7 +317,9 @@ class SuspendedLine(NamedTuple):
 
     A piece has its unstretched length [m]; weight in water per unstretched length [N/m], negative
     if it floats; EA [N]; the weight in water of what hangs at its lower end [N], negative for a
-    buoy. What hangs at the last one is the anchor's."""
+    buoy. What hangs at the last one is the anchor's. EA is that without tension. Behind each of the
+    ``corners`` of a curve, which goes on beyond its ``limit`` [N], follows another branch, see
+    `branch_law`."""
 
     pieces: np.ndarray
     first: int
@@ -168,7 +344,7 @@ class Touchdown(NamedTuple):
 
 class LineReach(NamedTuple):
     """Where a line leads, as a `hydrosim.elements.line.hang.StretchSpan`, with the derivative
-    ``xV`` of x by V. ``soft`` [m/N] is the sum of l/EA of what hangs, ``arc`` [m] its length."""
+    ``xV`` of x by V."""
 
     along: float
     across: float
@@ -176,8 +352,6 @@ class LineReach(NamedTuple):
     xV: float
     zH: float
     zV: float
-    soft: float
-    arc: float
 
 
 @kernel
@@ -235,30 +409,55 @@ def hanging_touchdown(line, step, V):
 @kernel
 def hanging_reach(line, step, H, V, touch, ex, ez):
     """`LineReach` of the part that hangs, up to ``touch`` on the way of ``step``."""
-    along = across = xH = zH = zV = soft = 0.0
+    along = across = xH = zH = zV = 0.0
     end = touch.piece + step
     i, _ = first_and_stop(line, step)
     while i != end:
         piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
-        s = stretch_span(H, V, piece.weight, length, piece.stiffness, ex, ez)
+        s = stretch_span(line.pieces, i, H, V, length, ex, ez)
         along += s.along
         across += s.across
         xH += s.xH
         zH += s.zH
         zV += s.zV
-        soft += length / piece.stiffness
         V -= piece.weight * length
         if i != touch.piece:
             V -= weight_after_piece(line, i, step)
         i += step
-    return LineReach(along, across, xH, zH, zH, zV, soft, touch.arc)
+    return LineReach(along, across, xH, zH, zH, zV)
+
+
+class LevelPart(NamedTuple):
+    """What lies level under a tension H: its ``stretch`` o [m] without H l/EA, the sum ``soft`` of
+    l/EA [m/N], and the energy ``lack`` [J] by which it holds less than H^2/2 times that."""
+
+    stretch: float
+    soft: float
+    lack: float
+
+
+@kernel
+def level_part(line, step, H, touch):
+    """The `LevelPart` that the pieces up to ``touch`` on the way of ``step`` would be."""
+    stretch = soft = lack = 0.0
+    end = touch.piece + step
+    i, _ = first_and_stop(line, step)
+    while i != end:
+        piece = line.pieces[i]
+        length = touch.part if i == touch.piece else piece.length
+        EA, o, c = branch_law(piece, branch_at(piece, H))
+        stretch += o * length
+        soft += length / EA
+        lack += c * length
+        i += step
+    return LevelPart(stretch, soft, lack)
 
 
 @kernel
 def lying_part(line, H, V, touch):
     """Of the part that lies between ``touch`` and the anchor, with V there if the bed carried
-    nothing: its length, its stretch, its elastic energy, the sum of l/EA of what is under tension,
+    nothing: its length, its stretch, its elastic energy, the softness of what is under tension,
     the tension at the anchor, and the length without tension."""
     length = stretch = energy = live = dead = 0.0
     tension = max(H + line.friction * V, 0.0)
@@ -267,19 +466,16 @@ def lying_part(line, H, V, touch):
         L = piece.length - touch.part if i == touch.piece else piece.length
         V -= piece.weight * L
         below = H + line.friction * V
-        if below >= 0.0:
-            under = L
-            stretch += 0.5 * (tension + below) * L / piece.stiffness
-            squares = tension * tension + tension * below + below * below
-            energy += squares * L / (6.0 * piece.stiffness)
-            tension = below
-        else:
+        under = L
+        if below < 0.0:
             under = tension / (line.friction * piece.weight) if tension > 0.0 else 0.0
-            stretch += 0.5 * tension * under / piece.stiffness
-            energy += tension * tension * under / (6.0 * piece.stiffness)
-            tension = 0.0
+            below = 0.0
+        more = lying_stretch(line.pieces, i, tension, below, under)
+        stretch += more[0]
+        energy += more[1]
+        live += more[2]
+        tension = below
         length += L
-        live += under / piece.stiffness
         dead += L - under
         if i + 1 < line.last:
             V -= piece.hung

@@ -143,7 +143,7 @@ def with_drag_of(p: CatenaryConstants, other: CatenaryConstants) -> CatenaryCons
     return p._replace(lines=lines)
 
 
-PROFILES = 1 << 30
+PROFILES = 1 << 40
 """More than any line has."""
 TAUT_LENGTH_RATIO = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
@@ -192,7 +192,7 @@ class CatenaryKind(KindWithModeSets):
         self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> CatenaryConstants:
         """Constants in which lines that are taut are a little shorter than the way between their
-        ends."""
+        ends, and as stiff as the steepest branch of a curve."""
         pieces = p.pieces.copy()
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
             if mode == TAUT_LINE:
@@ -201,6 +201,8 @@ class CatenaryKind(KindWithModeSets):
                 line_pieces["length"] *= (
                     TAUT_LENGTH_RATIO * np.hypot(s.x, s.z) / line_pieces["length"].sum()
                 )
+                steepest = np.maximum(line_pieces["stiffness"], line_pieces["tangent"].max(axis=1))
+                line_pieces["stiffness"], line_pieces["corners"] = steepest, 0
         return p._replace(pieces=pieces)
 
     def undefined_units(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:

@@ -15,7 +15,7 @@ from hydrosim.elements.line.catenary import (
     end_kinematics,
     pull_entries,
 )
-from hydrosim.elements.line.hang import SuspendedLine, find_touchdown
+from hydrosim.elements.line.hang import SuspendedLine, branches_at, find_touchdown
 from hydrosim.elements.line.kind import CATENARY_KIND
 from hydrosim.elements.line.search import is_on_bed, line_frame
 from hydrosim.elements.line.shape import LinePull
@@ -32,25 +32,30 @@ def line_points(line: SuspendedLine, pull: LinePull, n: int) -> tuple[np.ndarray
     line_pieces = line.pieces[line.first : line.last]
     ends = np.concatenate([[0.0], np.cumsum(line_pieces["length"])])
     lift = ends[-1]
+    friction = line.friction if is_on_bed(line, f) else 0.0
     if pull.touch < lift and not is_on_bed(line, f):
         lift -= find_touchdown(line, -1, -pull.anchor_V).arc
     s = np.linspace(0.0, ends[-1], n)
-    cuts = np.unique(np.concatenate([s, ends, [pull.touch, lift, ends[-1] - pull.dead]]))
-    cuts = cuts[(cuts >= 0.0) & (cuts <= ends[-1])]
     H = max(pull.H, f.least)
+    corners = [*_corner_arcs(line_pieces, ends, H, pull, friction)]
+    cuts = np.unique(np.concatenate([s, ends, [pull.touch, lift, ends[-1] - pull.dead], *corners]))
+    cuts = cuts[(cuts >= 0.0) & (cuts <= ends[-1])]
     Va, Vb = _vertical_pull(line_pieces, ends, cuts, pull, lift)
     Ta, Tb = np.hypot(H, Va), np.hypot(H, Vb)
     lies = (cuts[:-1] >= pull.touch) & (cuts[:-1] < lift)
-    Ta[lies] = np.maximum(H + line.friction * Va[lies], 0.0)
-    Tb[lies] = np.maximum(H + line.friction * Vb[lies], 0.0)
+    Ta[lies] = np.maximum(H + friction * Va[lies], 0.0)
+    Tb[lies] = np.maximum(H + friction * Vb[lies], 0.0)
     Va, Vb = np.where(lies, 0.0, Va), np.where(lies, 0.0, Vb)
     length = np.diff(cuts)
-    soft = length / line_pieces["stiffness"][_pieces_of(ends, cuts)]
-    flat = length + 0.5 * (Ta + Tb) * soft
+    middle = np.where(lies, 0.5 * (Ta + Tb), np.hypot(H, 0.5 * (Va + Vb)))
+    EA, o = branches_at(line_pieces[_pieces_of(ends, cuts)], middle)
+    soft = length / EA
+    flat = (1.0 + o) * length + 0.5 * (Ta + Tb) * soft
     if pull.H == 0.0 and np.any(lies):
         flat *= line.x / flat[lies].sum()  # what is slack lies in bights
-    dx = np.where(lies, flat, H * (length * _mean_inverse(H, Va, Vb) + soft))
-    dz = np.where(lies, 0.0, (Va + Vb) * (length / (np.hypot(H, Va) + np.hypot(H, Vb)) + soft / 2))
+    longer = (1.0 + o) * length
+    dx = np.where(lies, flat, H * (longer * _mean_inverse(H, Va, Vb) + soft))
+    dz = np.where(lies, 0.0, (Va + Vb) * (longer / (np.hypot(H, Va) + np.hypot(H, Vb)) + soft / 2))
     loose = (line_pieces["weight"][_pieces_of(ends, cuts)] == 0.0) & ~lies
     if pull.H == 0.0 and np.any(loose):  # without weight and tension it has no shape: straight
         share = np.where(loose, length, 0.0) / length[loose].sum()
@@ -61,6 +66,29 @@ def line_points(line: SuspendedLine, pull: LinePull, n: int) -> tuple[np.ndarray
     places[:, 1] += line.z
     wanted = np.minimum(np.searchsorted(cuts, s), cuts.size - 1)
     return places[wanted], np.append(Ta, Tb[-1])[wanted]
+
+
+def _corner_arcs(
+    line_pieces: np.ndarray, ends: np.ndarray, H: float, pull: LinePull, friction: float
+) -> Iterator[np.ndarray]:
+    """Arc lengths from the fairlead at which the tension may pass a corner of a curve."""
+    above = _loads_above(line_pieces)
+    tops = pull.V, pull.anchor_V + above[-1] - line_pieces["hung"][-1]
+    for i, piece in enumerate(line_pieces):
+        corners = piece["corner"][: piece["corners"]]
+        if corners.size and piece["weight"] != 0.0:
+            steep = np.sqrt(np.maximum(corners**2 - H**2, 0.0))
+            pulls = [top - above[i] - sign * steep for top in tops for sign in (1.0, -1.0)]
+            if friction > 0.0:
+                pulls.append(tops[0] - above[i] - (corners - H) / friction)
+            arcs = ends[i] + np.concatenate(pulls) / piece["weight"]
+            yield arcs[(arcs > ends[i]) & (arcs < ends[i + 1])]
+
+
+def _loads_above(line_pieces: np.ndarray) -> np.ndarray:
+    """Weight [N] above the upper end of each piece, and of all."""
+    loads = line_pieces["length"] * line_pieces["weight"] + line_pieces["hung"]
+    return np.concatenate([[0.0], np.cumsum(loads)])
 
 
 def _pieces_of(ends: np.ndarray, cuts: np.ndarray) -> np.ndarray:
@@ -74,8 +102,7 @@ def _vertical_pull(
 ) -> tuple[np.ndarray, np.ndarray]:
     """V at the upper and at the lower end of each interval between ``cuts``; where the line lies,
     what it would be if the bed carried nothing."""
-    loads = line_pieces["length"] * line_pieces["weight"] + line_pieces["hung"]
-    above = np.concatenate([[0.0], np.cumsum(loads)])
+    above = _loads_above(line_pieces)
     whole = above[-1] - line_pieces["hung"][-1]
     i = _pieces_of(ends, cuts)
     carried = above[i] + line_pieces["weight"][i] * (cuts[:-1] - ends[i])
@@ -121,9 +148,20 @@ class LineShape:
 
     @property
     def strain(self) -> float:
-        """Largest tension over the smallest EA."""
-        ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
-        return float(max(np.hypot(*end) for end in ends) / self.line_pieces["stiffness"].min())
+        """`largest_strain` under the largest tension."""
+        return largest_strain(self.line_pieces, largest_tension(self.pull))
+
+    @property
+    def stiffness(self) -> float:
+        """Least slope EA [N] of its pieces under the largest tension."""
+        tension = np.full(self.line_pieces.size, largest_tension(self.pull))
+        return float(branches_at(self.line_pieces, tension)[0].min())
+
+    @property
+    def curve_end(self) -> float:
+        """Least tension [N] beyond which a curve goes on by its last slope."""
+        limits = self.line_pieces["limit"]
+        return float(np.min(limits[limits > 0.0], initial=np.inf))
 
     def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
@@ -137,6 +175,17 @@ class LineShape:
     def line_pieces(self) -> np.ndarray:
         """Its pieces alone."""
         return self.suspended.pieces[self.suspended.first : self.suspended.last]
+
+
+def largest_tension(pull: LinePull) -> float:
+    """The larger tension of both ends [N]."""
+    return float(max(np.hypot(pull.H, pull.V), np.hypot(pull.anchor_H, pull.anchor_V)))
+
+
+def largest_strain(line_pieces: np.ndarray, tension: float) -> float:
+    """Largest stretch of pieces under a ``tension`` [N], but of those that their curves hold."""
+    EA, o = branches_at(line_pieces, np.full(line_pieces.size, tension))
+    return float(np.max((o + tension / EA) * (line_pieces["limit"] <= tension)))
 
 
 def line_shapes(

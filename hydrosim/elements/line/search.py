@@ -13,7 +13,7 @@ The flexibility d(x, z)/d(H, V) is a sum over stretches; the stiffness is its in
 is the change of (x, z) by a length at constant (H, V), brought back by the stiffness. The energy
 follows from the principle of virtual work along what hangs:
 
-    elastic + gravity = H x + V z - integral of (T + T^2/(2 EA)) ds
+    elastic + gravity = H x + V z - integral of (T + integral of eps dT) ds
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ SPLIT = 134217729.0  # 2^27 + 1
 class LineFrame(NamedTuple):
     """A line between its ends: distance ``x`` and height ``z`` [m], the unit vector (``ex``,
     ``ez``) along its chord, ``length`` [m] in all, by how much the chord is ``short`` of it,
-    ``weight`` [N], ``load`` [N] the sum of all weights without sign, ``soft`` [m/N] the sum of
-    l/EA, the pull ``least`` [N] that counts as none, and whether the line is ``heavy``: nothing of
-    it floats."""
+    ``weight`` [N], ``load`` [N] the sum of all weights without sign, the pull ``least`` [N] that
+    counts as none, and whether the line is ``heavy``, nothing of it floats, and ``curved``, its
+    stretch has corners."""
 
     x: float
     z: float
@@ -48,9 +48,9 @@ class LineFrame(NamedTuple):
     short: float
     weight: float
     load: float
-    soft: float
     least: float
     heavy: bool
+    curved: bool
 
 
 @kernel
@@ -88,8 +88,9 @@ def chord_short_of(x, z, length):
 @kernel
 def line_frame(line):
     """The `LineFrame` of a line."""
-    length = weight = load = soft = 0.0
+    length = weight = load = 0.0
     heavy = True
+    curved = False
     share = NO_PULL
     stiffest = inf
     for i in range(line.first, line.last):
@@ -98,17 +99,17 @@ def line_frame(line):
         length += piece.length
         weight += piece.weight * piece.length + hung
         load += abs(piece.weight) * piece.length + abs(hung)
-        soft += piece.length / piece.stiffness
         stiffest = min(stiffest, piece.stiffness)
         if piece.weight == 0.0:
             share = LEAST_SLOPE
         heavy &= piece.weight >= 0.0 and hung >= 0.0
+        curved |= piece.corners > 0
     chord = sqrt(line.x * line.x + line.z * line.z)
     ex = line.x / chord if chord > 0.0 else 1.0
     ez = line.z / chord if chord > 0.0 else 0.0
     short = chord_short_of(line.x, line.z, length)
     least = share * load if load > 0.0 else NO_PULL * stiffest
-    return LineFrame(line.x, line.z, ex, ez, length, short, weight, load, soft, least, heavy)
+    return LineFrame(line.x, line.z, ex, ez, length, short, weight, load, least, heavy, curved)
 
 
 @kernel
@@ -127,7 +128,7 @@ def line_reach(line, H, V, lies, ex, ez):
     along = r.along - length * ez * ez / (1.0 + ex) + stretch * ex
     across = r.across - (length + stretch) * ez
     xV = r.xV + line.friction * live
-    return hang.LineReach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
+    return hang.LineReach(along, across, r.xH + live, xV, r.zH, r.zV)
 
 
 @kernel
@@ -173,10 +174,21 @@ def find_vertical_pull(line, f, step, H, V, depth, whole, lies):
 
 @kernel
 def resting_ends(line, H, V, Va):
-    """The `LineReach` of both hanging parts of a line that rests on the bed between them."""
-    a = hang.hanging_reach(line, 1, H, V, hang.find_touchdown(line, 1, V), 1.0, 0.0)
-    touch = hang.find_touchdown(line, -1, Va)
-    return a, hang.hanging_reach(line, -1, H, Va, touch, 1.0, 0.0)
+    """The `LineReach` of both hanging parts of a line that rests on the bed between them, and the
+    `LevelPart` there."""
+    touch = hang.find_touchdown(line, 1, V)
+    a = hang.hanging_reach(line, 1, H, V, touch, 1.0, 0.0)
+    back = hang.find_touchdown(line, -1, Va)
+    b = hang.hanging_reach(line, -1, H, Va, back, 1.0, 0.0)
+    whole = hang.level_part(line, 1, H, hang.hanging_touchdown(line, 1, V))
+    above = hang.level_part(line, 1, H, touch)
+    beyond = hang.level_part(line, -1, H, back)
+    flat = hang.LevelPart(
+        whole.stretch - above.stretch - beyond.stretch,
+        whole.soft - above.soft - beyond.soft,
+        whole.lack - above.lack - beyond.lack,
+    )
+    return a, b, flat
 
 
 @kernel
@@ -186,10 +198,9 @@ def balance_at_pull(line, f, lies, rests, H, V, Va):
     if rests:
         V = find_vertical_pull(line, f, 1, H, V, f.z - line.bed, False, True)
         Va = find_vertical_pull(line, f, -1, H, Va, -line.bed, False, True)
-        a, b = resting_ends(line, H, V, Va)
-        flat = f.soft - a.soft - b.soft
-        off = (f.length - f.x) + a.along + b.along + flat * H
-        slope = a.xH + b.xH + flat
+        a, b, flat = resting_ends(line, H, V, Va)
+        off = (f.length - f.x) + a.along + b.along + flat.soft * H + flat.stretch
+        slope = a.xH + b.xH + flat.soft
         if a.zV > 0.0:
             slope -= a.zH * a.zH / a.zV
         if b.zV > 0.0:
@@ -268,8 +279,8 @@ def flexibility(line, f, pull):
     if lies or pull.touch >= f.length:
         r = line_reach(line, H, pull.V, lies, 1.0, 0.0)
         return r.xH, r.xV, r.zH, r.zV
-    a, b = resting_ends(line, H, pull.V, -pull.anchor_V)
-    xH = a.xH + b.xH + f.soft - a.soft - b.soft
+    a, b, flat = resting_ends(line, H, pull.V, -pull.anchor_V)
+    xH = a.xH + b.xH + flat.soft
     if b.zV > 0.0:
         xH -= b.zH * b.zH / b.zV
     return xH, a.xV, a.zH, a.zV
@@ -328,14 +339,15 @@ def lengthen_hanging(line, step, H, V, touch, k):
         piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
         if below:
-            s = hang.stretch_span(H, V, piece.weight, length, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(line.pieces, i, H, V, length, 1.0, 0.0)
             dx -= line.pieces[k].weight * s.zH
             dz -= line.pieces[k].weight * s.zV
         V -= piece.weight * length
         if i == k:
             T = sqrt(H * H + V * V)
-            dx += H / T + H / piece.stiffness
-            dz += V / T + V / piece.stiffness
+            EA, o, _ = hang.branch_law(piece, hang.branch_at(piece, T))
+            dx += (1.0 + o) * H / T + H / EA
+            dz += (1.0 + o) * V / T + V / EA
             below = True
         if i != touch.piece:
             V -= hang.weight_after_piece(line, i, step)
@@ -362,7 +374,7 @@ def shift_by_length(line, H, V, lies, k):
     for i in range(line.first, k):
         low -= line.pieces[i].weight * line.pieces[i].length + line.pieces[i].hung
     low -= line.pieces[k].weight * line.pieces[k].length
-    dx = 1.0 + max(H + line.friction * low, 0.0) / line.pieces[k].stiffness
+    dx = 1.0 + hang.strain_at(line.pieces[k], max(H + line.friction * low, 0.0))
     if k + 1 < line.last:
         rest = hang.Touchdown(k + 1, 0.0, 0.0, 0.0, False)
         _, _, _, live, _, _ = hang.lying_part(line, H, low - line.pieces[k].hung, rest)
@@ -378,7 +390,7 @@ def lengthen_resting(line, H, pull, k):
         return lengthen_hanging(line, 1, H, pull.V, touch, k)
     touch = hang.find_touchdown(line, -1, -pull.anchor_V)
     if not hangs_whole(line, touch, -1, k):
-        return 1.0 + H / line.pieces[k].stiffness, 0.0
+        return 1.0 + hang.strain_at(line.pieces[k], H), 0.0
     dx, dz = lengthen_hanging(line, -1, H, -pull.anchor_V, touch, k)
     b = hang.hanging_reach(line, -1, H, -pull.anchor_V, touch, 1.0, 0.0)
     return dx - b.zH * dz / b.zV, 0.0
@@ -394,7 +406,7 @@ def hanging_energy(line, step, H, V, touch, depth):
     while i != end:
         piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
-        energy -= hang.rest_energy(H, V, piece.weight, length, piece.stiffness)
+        energy -= hang.rest_energy(line.pieces, i, H, V, length)
         V -= piece.weight * length
         if i != touch.piece:
             V -= hang.weight_after_piece(line, i, step)
@@ -422,7 +434,7 @@ def stored_energy(line, pull):
         _, _, elastic, _, _, _ = hang.lying_part(line, H, behind, touch)
         return energy + elastic
     energy = f.weight * line.bed + hanging_energy(line, 1, H, V, touch, line.z - line.bed)
-    a, b = resting_ends(line, H, V, -pull.anchor_V)
+    _, _, flat = resting_ends(line, H, V, -pull.anchor_V)
     touch = hang.find_touchdown(line, -1, -pull.anchor_V)
     energy += hanging_energy(line, -1, H, -pull.anchor_V, touch, -line.bed)
-    return energy + 0.5 * H * H * (f.soft - a.soft - b.soft)
+    return energy + 0.5 * H * H * flat.soft - flat.lack

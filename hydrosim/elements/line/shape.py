@@ -22,10 +22,12 @@ Between kinks the pull is smooth. At a kink its second or third derivative jumps
 * the line comes to lie, or leaves the bed, at an end of a piece or at a clump: V there is zero;
 * it hangs free, as its anchor begins to carry V or as its sag leaves the bed;
 * friction begins to take all tension: H = CB times the weight that lies;
-* it becomes slack: x is the distance that it reaches without H.
+* it becomes slack: x is the distance that it reaches without H;
+* the tension at an end of a piece, or the least in it, passes a corner of its curve.
 
-A profile is a number: its kind, whether it is slack, whether friction takes all, and where both
-hanging parts end (twice the number of the piece, plus one if at its lower end).
+A profile is a number: its kind, whether it is slack, whether friction takes all, where both hanging
+parts end (twice the number of the piece, plus one if at its lower end), and how many corners are
+passed.
 """
 
 from __future__ import annotations
@@ -55,6 +57,7 @@ SLACK_CODE = 4
 DEAD_CODE = 8
 PLACE_CODE = 16
 PLACE_CODES = 256
+CORNER_CODE = PLACE_CODE * PLACE_CODES * PLACE_CODES
 MAX_SLACK_PULL = 0.02  # of the weight: a larger H is far from none
 
 
@@ -63,6 +66,9 @@ def find_profile(line, pull):
     """Number of the smooth profile of a line with its ``pull``."""
     f = line_frame(line)
     slack = SLACK_CODE if is_slack(f, pull) else 0
+    if f.curved:
+        passed, _ = find_corners(line, pull)
+        slack += CORNER_CODE * passed
     if pull.touch >= f.length:
         return HANGS + slack
     touch = hang.find_touchdown(line, 1, pull.V)
@@ -88,11 +94,16 @@ def kink_room(line, pull, profile):
     load = f.load if f.load > 0.0 else line.pieces[line.first].stiffness
     kind = profile % SLACK_CODE
     place = profile // PLACE_CODE % PLACE_CODES
+    least = inf
+    if f.curved:
+        passed, least = find_corners(line, pull)
+        if passed != profile // CORNER_CODE:
+            least = -least
     if kind == HANGS:
-        return hanging_room(line, f, pull, load)
-    least = place_room(line, 1, pull.V, place) / load
+        return min(least, hanging_room(line, f, pull, load))
+    least = min(least, place_room(line, 1, pull.V, place) / load)
     if kind == RESTS:
-        other = profile // (PLACE_CODE * PLACE_CODES)
+        other = profile // (PLACE_CODE * PLACE_CODES) % PLACE_CODES
         least = min(least, place_room(line, -1, -pull.anchor_V, other) / load)
         least = min(least, resting_room(line, f, pull))
     elif line.friction > 0.0:
@@ -102,6 +113,51 @@ def kink_room(line, pull, profile):
     if pull.H / load < MAX_SLACK_PULL:
         more = slack_room(line, f, kind == RESTS, pull)
     return min(least, -more if profile & SLACK_CODE else more)
+
+
+@root_giving(int, float)
+def find_corners(line, pull):
+    """How many corners the tension of a line has passed, and by how much of it the next corner is
+    off. It is counted at both ends of each piece and where its tension is least."""
+    f = line_frame(line)
+    H = max(pull.H, f.least)
+    V = pull.V
+    touch = hang.hanging_touchdown(line, 1, V)
+    back = hang.Touchdown(line.last, 0.0, 0.0, 0.0, False)
+    friction = 0.0
+    carried = f.weight - V + pull.anchor_V
+    if is_on_bed(line, f):
+        friction = line.friction
+        touch = hang.find_touchdown(line, 1, V)
+    elif pull.touch < f.length:
+        touch = hang.find_touchdown(line, 1, V)
+        back = hang.find_touchdown(line, -1, -pull.anchor_V)
+    passed = 0
+    room = inf
+    for i in range(line.first, line.last):
+        piece = line.pieces[i]
+        low = V - piece.weight * piece.length
+        falls = touch.hangs or i < touch.piece
+        falls |= i == touch.piece and touch.part >= piece.length
+        rises = i > back.piece or (i == back.piece and back.part >= piece.length)
+        shift = carried if rises else 0.0
+        top = max(H + friction * V, 0.0)
+        least = top
+        if falls or rises or i == touch.piece:
+            top = sqrt(H * H + (V + shift) * (V + shift))
+            least = H
+        end = max(H + friction * low, 0.0)
+        if falls or i >= back.piece:
+            shift = 0.0 if falls else carried
+            end = sqrt(H * H + (low + shift) * (low + shift))
+        if (falls or rises) and (V + shift) * (low + shift) >= 0.0:
+            least = min(top, end)
+        for k in range(piece.corners):
+            for T in (top, least, end):
+                passed += 1 if piece.corner[k] <= T else 0
+                room = min(room, abs(T / piece.corner[k] - 1.0))
+        V = low - piece.hung
+    return passed, room
 
 
 @kernel
@@ -147,7 +203,7 @@ def place_room(line, step, V, place):
 def slack_room(line, f, rests, pull):
     """By how much the ends are farther apart than the line reaches without a pull, in parts of its
     length."""
-    if line.last == line.first + 1:
+    if line.last == line.first + 1 and not f.curved:
         piece = line.pieces[line.first]
         reached = f.length - hanging_down(piece, f.z - min(line.bed, 0.0) if rests else f.z)
         if rests:
@@ -184,9 +240,9 @@ def lowest_height(line, z, H, V):
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
             part = V / piece.weight
-            s = hang.stretch_span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(line.pieces, i, H, V, part, 1.0, 0.0)
             least = min(least, height - s.across)
-        s = hang.stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        s = hang.stretch_span(line.pieces, i, H, V, piece.length, 1.0, 0.0)
         height -= s.across
         V = low
         if i + 1 < line.last:
@@ -364,7 +420,9 @@ def rest_on_bed(line, f, H, V):
 
 @kernel
 def newton_pull(line, f, lies, H, V):
-    """H and V by Newton's method, and whether it converged."""
+    """H and V by Newton's method, and whether it converged. A step that passes a corner may leave
+    an error of the first order, so a line that is ``curved`` needs two small ones."""
+    sure = not f.curved
     for _ in range(MAX_WARM_STEPS):
         r = line_reach(line, H, V, lies, f.ex, f.ez)
         along = r.along + f.short
@@ -381,8 +439,9 @@ def newton_pull(line, f, lies, H, V):
         V += step * dV
         if lies and f.heavy and V < 0.0:
             return H, V, False
-        if same:
+        if same and sure:
             return H, V, True
+        sure = not f.curved or same
     return H, V, False
 
 
@@ -399,13 +458,13 @@ def guess_vertical_pull(piece, H, depth):
 @kernel
 def iterate_resting(line, f, H, V, Va):
     """H, V and Va by Newton's method, and whether it converged."""
+    sure = not f.curved
     for _ in range(MAX_WARM_STEPS):
-        a, b = resting_ends(line, H, V, Va)
-        flat = f.soft - a.soft - b.soft
-        x = f.length - f.x + a.along + b.along + flat * H
+        a, b, flat = resting_ends(line, H, V, Va)
+        x = f.length - f.x + a.along + b.along + flat.soft * H + flat.stretch
         z = a.across - (f.z - line.bed)
         za = b.across + line.bed
-        slope = a.xH + b.xH + flat - a.zH * a.zH / a.zV - b.zH * b.zH / b.zV
+        slope = a.xH + b.xH + flat.soft - a.zH * a.zH / a.zV - b.zH * b.zH / b.zV
         dH = -(x - a.zH * z / a.zV - b.zH * za / b.zV) / slope
         dV = -(z + a.zH * dH) / a.zV
         dVa = -(za + b.zH * dH) / b.zV
@@ -419,8 +478,9 @@ def iterate_resting(line, f, H, V, Va):
         Va += step * dVa
         if V < 0.0 or Va < 0.0:
             return H, V, Va, False
-        if same:
+        if same and sure:
             return H, V, Va, True
+        sure = not f.curved or same
     return H, V, Va, False
 
 
@@ -443,10 +503,10 @@ def refusal_code(line, f, H, V):
         piece = line.pieces[i]
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
-            s = hang.stretch_span(H, V, piece.weight, V / piece.weight, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(line.pieces, i, H, V, V / piece.weight, 1.0, 0.0)
             if height - s.across < 0.0:
                 return TWICE
-        s = hang.stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        s = hang.stretch_span(line.pieces, i, H, V, piece.length, 1.0, 0.0)
         height -= s.across
         if height < 0.0:
             return TWICE

@@ -80,6 +80,7 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import scale, vector
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.force import LimitedElement
 from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.signal import Signal, Table, largest_corner
 
@@ -95,7 +96,7 @@ WIRE_TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, WINCH_OUTPUTS = range(5)  # see `wr
 
 
 @dataclass(frozen=True)
-class Winch(TwoPointElement):
+class Winch(TwoPointElement, LimitedElement):
     """A wire of ``stiffness`` EA [N] and ``damping`` c [s] from ``point`` of the body to ``anchor``
     on the earth or in the frame of ``anchor_body``. Its ``length`` off the drum without load is a
     signal over time [m]. Or it is a number at the start [m], None for that at which the set tension

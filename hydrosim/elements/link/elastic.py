@@ -45,7 +45,7 @@ def law_fields(link: Elastic, pieces: np.ndarray) -> dict[str, Any]:
         **fields,
         "stiff_range": (pieces["lower"][stiff], pieces["upper"][stiff]),
         "damping": link.damping,
-        "drag": link.drag,
+        "drag": link.quadratic_damping,
         "absorbs": link.absorbs,
     }
 

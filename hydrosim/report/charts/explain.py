@@ -1,4 +1,4 @@
-"""Pictures of `hydrosim explain` (forces and displacement by contact mode) and of a comparison.
+"""Pictures of `hydrosim show --why` (forces and displacement by contact mode) and of a comparison.
 
 For many runs the former shows means over the stages, with intervals."""
 

@@ -150,7 +150,7 @@ def _size(count: int) -> int:
     return ceil(count / BINS)
 
 
-def _draw_chart(axis: Axes, chart: Chart, frame: PictureFrame) -> None:
+def draw_chart(axis: Axes, chart: Chart, frame: PictureFrame) -> None:
     """Draw a chart in a panel. Equal lines are drawn once, with all their names. The subject of a
     line without a name stands in the panel."""
     inside = frame.window.record_slice(frame.time)
@@ -281,7 +281,7 @@ def picture(charts: Sequence[Chart], frame: PictureFrame) -> Figure:
     for spare in grid.ravel()[len(charts) :]:
         spare.remove()
     for axis, chart in zip(axes, charts, strict=True):
-        _draw_chart(axis, chart, frame)
+        draw_chart(axis, chart, frame)
         _lay_out_axis(axis, frame)
     _share_value_ranges(axes)
     _name_phases(grid[0], frame.phases)

@@ -27,14 +27,17 @@ from hydrosim.report.charts.panels import (
     PictureFrame,
     TimeWindow,
     coarse,
+    draw_chart,
     group_lines,
     merge_equal_lines,
     picture,
 )
+from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.phases import CONTACT_WEIGHT
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 LITTLE = 1e-3  # of the largest friction: smaller components along an axis are not drawn
 MANY = 12  # contacts with panels of their own; if there are more, each group has a panel
@@ -226,13 +229,54 @@ def picture_outputs(
 def figure(run: xr.Dataset, name: str = "overview", window: TimeWindow = ALWAYS) -> Figure:
     """Picture of a run by its name, such as "overview" or "motions". Raises InputError if there is
     no such picture, or if the run has no data for it."""
+    suffix, charts = _charts_by_name(run, name)
+    _check_window(run, window)
+    return picture(charts, _picture_frame(run, suffix, window))
+
+
+def picture_names() -> list[str]:
+    """Names of all pictures of runs."""
+    return [charts.__name__ for charts in PICTURES.values()]
+
+
+def draw_on_axes(run: xr.Dataset, name: str, axes: Axes | Sequence[Axes]) -> Figure:
+    """Draw the panels of a picture on axes of matplotlib, one each; return their figure. Raises
+    InputError for another number of axes."""
+    return _draw_charts(run, _charts_by_name(run, name)[1], axes)
+
+
+def draw_channels(
+    run: xr.Dataset, patterns: Sequence[str], axes: Axes | Sequence[Axes] | None = None
+) -> Figure:
+    """Draw channels that patterns match in a new figure, or on ``axes`` as `draw_on_axes` does."""
+    charts = channels(run, match_channels(channel_names(run), patterns, "channels"))
+    if axes is None:
+        return picture(charts, _picture_frame(run, "_channels", ALWAYS))
+    return _draw_charts(run, charts, axes)
+
+
+def _draw_charts(run: xr.Dataset, charts: Sequence[Chart], axes: Axes | Sequence[Axes]) -> Figure:
+    places = np.atleast_1d(np.asarray(axes, object)).ravel()
+    if len(places) != len(charts):
+        raise InputError(
+            f"ax: found {len(places)} axes; expected {len(charts)}, one for each panel:"
+            f" figure, ax = plt.subplots({len(charts)})."
+        )
+    frame = PictureFrame(run.time.values, units_of(run.attrs))
+    for axis, chart in zip(places, charts, strict=True):
+        draw_chart(axis, chart, frame)
+        axis.set_xlabel("time [s]")
+    return places[0].figure
+
+
+def _charts_by_name(run: xr.Dataset, name: str) -> tuple[str, list[Chart]]:
+    """Suffix and charts of a picture; InputError if there is none, or no data for it."""
     suffixes = {of.__name__: suffix for suffix, of in PICTURES.items()}
     charts = PICTURES[suffixes[name]](run) if name in suffixes else []
     if not charts:
         there = [name for name, suffix in suffixes.items() if PICTURES[suffix](run)]
         raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
-    _check_window(run, window)
-    return picture(charts, _picture_frame(run, suffixes[name], window))
+    return suffixes[name], charts
 
 
 def _charts_of_picture(run: xr.Dataset, suffix: str, view: View) -> list[Chart]:
@@ -262,7 +306,7 @@ def _check_window(run: xr.Dataset, window: TimeWindow) -> None:
     time = run.time.values
     if time[window.record_slice(time)].size < 2:
         raise InputError(
-            f"--from, --to: found {window.start:g} to {window.end:g} s, with fewer than two"
+            f"start, end: found {window.start:g} to {window.end:g} s, with fewer than two"
             " recorded times of the run; expected a longer part of"
             f" {time[0]:g} to {time[-1]:g} s."
         )

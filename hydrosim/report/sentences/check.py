@@ -37,7 +37,7 @@ from hydrosim.report.sentences.run import radiation_verdict
 from hydrosim.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Joint, Scene, Weight
 from hydrosim.scene.damping import ViscousRoll
-from hydrosim.scene.joint import JointType
+from hydrosim.scene.joint import JointType, MotionKind
 from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.scene import arrangement, floating_roots
 from hydrosim.scene.signal import Harmonic, Recorded
@@ -55,7 +55,8 @@ def describe_joints(scene: Scene) -> Iterator[str]:
         motions = ", ".join(motion.name.replace("_", " ") for motion in branch.joint.motions)
         how = f"coordinates: {motions}" if motions else "no motion"
         restoring = _restoring_text(bodies[branch.child])
-        yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{restoring}"
+        friction = "".join(_load_friction_texts(branch.joint))
+        yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{friction}{restoring}"
     for name in joint_tree.loops:
         joint = scene.joints[name]
         role = "keeps a distance" if joint.type == JointType.ROD else "closes a loop"
@@ -67,6 +68,21 @@ def describe_joints(scene: Scene) -> Iterator[str]:
 def _bodies_of_joint(joint: Joint) -> str:
     other = "the earth" if joint.to is None else joint.to
     return f"{joint.type} between {joint.body} and {other}"
+
+
+def _load_friction_texts(joint: Joint) -> Iterator[str]:
+    """What friction grows with, and the lever of a push along the axis from which a guide jams."""
+    for motion, acting in zip(joint.motions, joint.resistances, strict=False):
+        friction = acting.friction
+        if friction is None or not friction.kinetic_coefficient:
+            continue
+        yield (
+            f". Friction of {motion.name.replace('_', ' ')}: {friction.static_coefficient:g} of the"
+            f" load of its bearings at rest, {friction.kinetic_coefficient:g} in motion"
+        )
+        if motion.kind == MotionKind.SLIDE and isfinite(friction.bearing_distance):
+            lever = friction.bearing_distance / (2.0 * friction.static_coefficient)
+            yield f"; pushed more than {lever:.3g} m beside the joint it jams"
 
 
 def _restoring_text(body: Body) -> str:

@@ -50,7 +50,7 @@ LIMIT_DIMS = ("stage", "swell", "heading", "peak_period")
 
 
 def is_limits(limits: xr.Dataset) -> bool:
-    """Whether a dataset is what `hydrosim operability` writes."""
+    """Whether a dataset is what `hydrosim study` writes."""
     has_variables = all(name in limits for name in LIMIT_VARIABLES)
     return has_variables and set(LIMIT_DIMS) <= set(limits.limit.dims)
 

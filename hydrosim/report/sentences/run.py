@@ -555,7 +555,7 @@ def convergence(run: xr.Dataset) -> Iterator[Node]:
     yield from _step_errors(run)
     yield Sentence(
         "This run does not assess how motions, crawl and extremes change with the seeds. hydrosim"
-        " sweep compares seeds. hydrosim converge {} compares steps and methods.",
+        " sweep compares seeds. hydrosim analyse --converge {} compares steps and methods.",
         [name],
     )
     if rows := list(_evidence_entries(run)):

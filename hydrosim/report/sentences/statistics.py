@@ -98,7 +98,7 @@ LAW_NAMES = {
 SEEDS_HINT = f"run {VALUES_FOR_INTERVAL} seeds"
 STATISTICS_METHOD_NOTE = (
     f"To run {VALUES_FOR_INTERVAL} seeds, write a study file with `case: CASE.yaml` and"
-    f" `seeds: 1-{VALUES_FOR_INTERVAL}`. Then call `hydrosim sweep STUDY.yaml`. The smallest and"
+    f" `seeds: 1-{VALUES_FOR_INTERVAL}`. Then call `hydrosim study STUDY.yaml`. The smallest and"
     f" the largest of {VALUES_FOR_INTERVAL} runs hold the value of another run in 90 % of cases."
 )
 STATIONARY_HINT = "use a part that is stationary (--from)"
@@ -409,7 +409,7 @@ ONE_SEA = (
 )
 MORE_SEAS = (
     f"For several draws, run a study with `seeds: 1-{VALUES_FOR_INTERVAL}` by"
-    " `hydrosim sweep`. It judges the same limits over all of its seas."
+    " `hydrosim study`. It judges the same limits over all of its seas."
 )
 WARNINGS_HINT = '{} under "Assumptions and warnings". Read {} before you use the results.'
 

@@ -169,7 +169,7 @@ def _describe_by_value(
     if len(judged_criteria) > sections.MAX_TABLE_ROWS:
         more = str(len(judged_criteria) - sections.MAX_TABLE_ROWS)
         yield document_nodes.Sentence(
-            "{} more rows are in the table that hydrosim statistics writes.", [more]
+            "{} more rows are in the table that hydrosim show --statistics writes.", [more]
         )
 
 
@@ -322,7 +322,7 @@ def _describe_values(plan: PlanRuns) -> Iterator[document_nodes.Node]:
     if len(rows) > sections.MAX_TABLE_ROWS:
         more = str(len(rows) - sections.MAX_TABLE_ROWS)
         yield document_nodes.Sentence(
-            "{} more rows are in the table that hydrosim statistics writes.", [more]
+            "{} more rows are in the table that hydrosim show --statistics writes.", [more]
         )
     if told := [
         _difference_sentence(plan, difference) for difference in _differences_of_plan(plan)
@@ -494,7 +494,8 @@ def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[document_nodes.N
 
 def _describe_convergence(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield document_nodes.Sentence(
-        "Intervals are over seeds alone. hydrosim converge compares steps and methods for the case."
+        "Intervals are over seeds alone. hydrosim analyse --converge compares steps and methods for"
+        " the case."
     )
     yield from _measured_errors(runs)
     if "energy_residual_relative" in runs:

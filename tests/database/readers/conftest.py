@@ -1,7 +1,5 @@
 """What the tests of all readers share: other programs' files, damage, and comparison."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from pathlib import Path

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,12 +14,7 @@ from hydrosim.database.readers import bemio, wamit
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import FrequencyColumn, Given
 
-NO_PLACE = {
-    "added_mass_zero",
-    "inertia_matrix",
-    "mean_drift_held",
-    "drift_imbalance",
-}
+NO_PLACE = {"added_mass_zero", "inertia_matrix", "mean_drift_held", "drift_imbalance"}
 QTF = ("qtf_frequency", "qtf_heading", "qtf_difference", "qtf_sum")
 
 
@@ -308,40 +301,29 @@ def nested(file: h5py.File) -> None:
     file["simulation_parameters/rho/deep"] = 1.0
 
 
+W, DEPTH = "simulation_parameters/w", "simulation_parameters/water_depth"
+A, B = f"{COEFFICIENTS}/added_mass/all", f"{COEFFICIENTS}/radiation_damping/all"
+X = f"{COEFFICIENTS}/excitation"
+TURNED = np.zeros((240, 6, 6))
 DAMAGE = {
     "a group": (nested, "rho is not an array of numbers"),
-    "no frequencies": (removed("simulation_parameters/w"), "found no simulation_parameters/w"),
+    "no frequencies": (removed(W), "found no simulation_parameters/w"),
     "no density": (removed("simulation_parameters/rho"), "found no simulation_parameters/rho"),
-    "no depth": (
-        removed("simulation_parameters/water_depth"),
-        "found no simulation_parameters/water_depth",
-    ),
+    "no depth": (removed(DEPTH), "found no simulation_parameters/water_depth"),
     "no body": (removed("body1"), "0 bodies"),
-    "no added mass": (
-        removed(f"{COEFFICIENTS}/added_mass/all"),
-        "body1 has no hydro_coeffs/added_mass/all",
-    ),
-    "no loads": (
-        removed(f"{COEFFICIENTS}/excitation/re"),
-        "body1 has no hydro_coeffs/excitation/re",
-    ),
-    "no centre": (
-        removed("body1/properties/cg"),
-        "body1 has no properties/cg; expected one for every",
-    ),
-    "negative w": (put("simulation_parameters/w", [[-1.0], [1.0]]), "frequencies above zero"),
-    "fewer w": (put("simulation_parameters/w", [[0.1], [1.0]]), r"has shape .*, expected"),
+    "no added mass": (removed(A), "body1 has no hydro_coeffs/added_mass/all"),
+    "no loads": (removed(f"{X}/re"), "body1 has no hydro_coeffs/excitation/re"),
+    "no centre": (removed("body1/properties/cg"), "body1 has no properties/cg; expected one for"),
+    "negative w": (put(W, [[-1.0], [1.0]]), "frequencies above zero"),
+    "fewer w": (put(W, [[0.1], [1.0]]), r"has shape .*, expected"),
     "enormous": (enormous, r"w has shape \(1000000000000, 1\)"),
-    "text": (put(f"{COEFFICIENTS}/added_mass/all", "much"), "not an array of numbers"),
-    "transposed": (
-        put(f"{COEFFICIENTS}/radiation_damping/all", np.zeros((240, 6, 6))),
-        r"has shape \(240, 6, 6\), expected \(6, 6, 240\)",
-    ),
-    "nan": (nan(f"{COEFFICIENTS}/excitation/im"), "not numbers"),
-    "nan frequency": (nan("simulation_parameters/w"), "not numbers"),
-    "depth in words": (put("simulation_parameters/water_depth", "deep"), "is 'deep', expected"),
-    "negative depth": (put("simulation_parameters/water_depth", [[-5.0]]), "water_depth is -5"),
-    "modes": (put(f"{COEFFICIENTS}/added_mass/all", np.zeros((7, 7, 240))), "expected"),
+    "text": (put(A, "much"), "not an array of numbers"),
+    "transposed": (put(B, TURNED), r"has shape \(240, 6, 6\), expected \(6, 6, 240\)"),
+    "nan": (nan(f"{X}/im"), "not numbers"),
+    "nan frequency": (nan(W), "not numbers"),
+    "depth in words": (put(DEPTH, "deep"), "is 'deep', expected"),
+    "negative depth": (put(DEPTH, [[-5.0]]), "water_depth is -5"),
+    "modes": (put(A, np.zeros((7, 7, 240))), "expected"),
 }
 
 

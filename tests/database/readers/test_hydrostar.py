@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -197,9 +195,7 @@ def test_of_pairs_of_headings_waves_of_one_are_read(path):
             for b in range(DEGREES.size)
         ]
         file.write_text(head + "".join(pairs))
-    with pytest.warns(
-        UserWarning, match="pairs of headings; only pairs of equal headings are read"
-    ):
+    with pytest.warns(UserWarning, match="only pairs of equal headings are read"):
         found = read(path)
     np.testing.assert_array_equal(found.qtf_difference, expected.qtf_difference)
     np.testing.assert_array_equal(found.qtf_sum, expected.qtf_sum)

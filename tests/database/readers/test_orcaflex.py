@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import copy
 from time import process_time
 from typing import Any
@@ -95,7 +93,15 @@ def in_units(model: dict[str, Any], general: dict[str, Any], *units: float) -> d
 
 
 LB = 0.45359237e-3  # te
-USER = {"UnitsSystem": "User", "LengthUnits": "ft", "MassUnits": "lbm", "ForceUnits": "lbf"}
+
+
+def user(length: str, mass: str, force: str) -> dict[str, Any]:
+    """The user's own units."""
+    units = {"LengthUnits": length, "MassUnits": mass, "ForceUnits": force}
+    return {"UnitsSystem": "User"} | units
+
+
+USER = user("ft", "lbm", "lbf")
 
 
 @pytest.mark.parametrize(
@@ -104,21 +110,8 @@ USER = {"UnitsSystem": "User", "LengthUnits": "ft", "MassUnits": "lbm", "ForceUn
         ({"UnitsSystem": "SI"}, (1.0, 1.0, 1.0)),
         ({"UnitsSystem": "US"}, (0.3048, 1e3 * LB, 1e3 * LB * 9.80665)),
         (USER | {"g": 32.17404855643044}, (0.3048, LB, LB * 9.80665)),
-        (
-            {"UnitsSystem": "User", "LengthUnits": "mm", "MassUnits": "kg", "ForceUnits": "te"},
-            (1e-3, 1e-3, 9.80665),
-        ),
-        (
-            {
-                "UnitsSystem": "User",
-                "LengthUnits": "m",
-                "MassUnits": "te",
-                "ForceUnits": "kN",
-                "TimeUnits": "s",
-                "g": 9.80665,
-            },
-            (1.0, 1.0, 1.0),
-        ),
+        (user("mm", "kg", "te"), (1e-3, 1e-3, 9.80665)),
+        (user("m", "te", "kN") | {"TimeUnits": "s", "g": 9.80665}, (1.0, 1.0, 1.0)),
     ],
 )
 def test_files_of_later_versions_in_any_units(model, tmp_path, general, units):
@@ -136,28 +129,23 @@ def test_files_of_later_versions_in_any_units(model, tmp_path, general, units):
 
 
 def test_units_that_are_not_known_and_two_centres_are_refused(model, tmp_path):
-    path = tmp_path / "barge.yml"
-    wrong = USER | {"LengthUnits": "furlong"}
-    with pytest.raises(
-        InputError, match=r"General\.LengthUnits: found furlong, expected one of m,"
-    ):
-        read(write(path, model | {"General": wrong}))
-    with pytest.raises(InputError, match=r"General\.MassUnits: found nothing, expected an entry"):
-        read(write(path, model | {"General": {k: v for k, v in USER.items() if k != "MassUnits"}}))
-    with pytest.raises(InputError, match=r"General\.TimeUnits: found min, expected one of s"):
-        read(write(path, model | {"General": USER | {"TimeUnits": "min"}}))
-    kind = model["VesselTypes"][0]
+    no_mass = {key: unit for key, unit in USER.items() if key != "MassUnits"}
     both = draught_of(model) | {"CentreOfMass": [0, 0, 0]}
-    with pytest.raises(InputError, match="found CentreOfMass and CentreOfGravity, expected one"):
-        read(write(path, model | {"VesselTypes": [kind | {"Draughts": [both]}]}))
+    kind = model["VesselTypes"][0] | {"Draughts": [both]}
+    for said, change in (
+        ("LengthUnits: found furlong, exp", {"General": USER | {"LengthUnits": "furlong"}}),
+        ("MassUnits: found nothing, expected an entry", {"General": no_mass}),
+        ("TimeUnits: found min, expected one of s", {"General": USER | {"TimeUnits": "min"}}),
+        ("found CentreOfMass and CentreOfGravity, expected one", {"VesselTypes": [kind]}),
+    ):
+        with pytest.raises(InputError, match=said):
+            read(write(tmp_path / "barge.yml", model | change))
 
 
 def test_hydrostatics_do_not_depend_on_phases(barge, model, tmp_path):
     db = read(write(tmp_path / "barge.yml", model))
     for name in ("hydrostatic_stiffness", "inertia_matrix"):
-        np.testing.assert_allclose(
-            getattr(db, name), getattr(barge, name), rtol=1e-9, atol=1e-9 * 1e11
-        )
+        np.testing.assert_allclose(getattr(db, name), getattr(barge, name), rtol=1e-9, atol=1e2)
     assert db.volume[0] == pytest.approx(barge.volume[0])
 
 
@@ -173,26 +161,19 @@ def test_a_real_file_lifts_a_barge_in_long_waves(model, tmp_path):
     square of the first and the second off the heave load, 4 per cent, where added mass takes more;
     towards 345 degrees they push it to starboard."""
     drag = draught_of(model)["FrequencyDependentAddedMassAndDamping"][0]
+    centre = ["2.53", "0", "-1.974"]
+    ahead = ("0", "328.15900265121195 270.0014 0 0", "27.980206114700053e3", "0 0")
+    oblique = (
+        *("345", "317.0370832911547 270.0014 106.821434537249 90.0035635611914"),
+        *("27.984570519054476e3", "1437.6545864352545 270.0035621645656"),
+    )
+    loads = [real_direction(*direction) for direction in (ahead, oblique)]
     own = draught_of(model) | {
         "Mass": "1",
-        "CentreOfGravity": ["2.53", "0", "-1.974"],
-        "LoadRAOs": {
-            "RAOOrigin": ["2.53", "0", "-1.974"],
-            "PhaseOrigin": ["2.53", "0", "-1.974"],
-            "RAOs": [
-                real_direction(
-                    "0", "328.15900265121195 270.0014 0 0", "27.980206114700053e3", "0 0"
-                ),
-                real_direction(
-                    "345",
-                    "317.0370832911547 270.0014 106.821434537249 90.0035635611914",
-                    "27.984570519054476e3",
-                    "1437.6545864352545 270.0035621645656",
-                ),
-            ],
-        },
+        "CentreOfGravity": centre,
+        "LoadRAOs": {"RAOOrigin": centre, "PhaseOrigin": centre, "RAOs": loads},
         "WaveDrift": {"RAOOrigin": ["0", "0", "0"], "RAOs": []},
-        "ReferenceOrigin": ["2.53", "0", "-1.974"],
+        "ReferenceOrigin": centre,
         "ReferenceOriginDatumPosition": ["0", "0", "0"],
         "DisplacedVolume": "12e3",
         "CentreOfBuoyancy": ["2.53", "0", "-3.974"],
@@ -204,10 +185,8 @@ def test_a_real_file_lifts_a_barge_in_long_waves(model, tmp_path):
         "FrequencyDependentAddedMassAndDamping": [drag | {"AMDPeriodOrFrequency": "40"}],
     }
     kind = model["VesselTypes"][0] | {"Symmetry": "xz and yz planes", "Draughts": [own]}
-    environment = {"Density": "1.025", "WaterDepth": "100"}
-    db = read(
-        write(tmp_path / "barge.yml", model | {"Environment": environment, "VesselTypes": [kind]})
-    )
+    water = {"Environment": {"Density": "1.025", "WaterDepth": "100"}}
+    db = read(write(tmp_path / "barge.yml", model | water | {"VesselTypes": [kind]}))
     np.testing.assert_allclose(np.degrees(db.heading), [0, 345])
     assert db.hydrostatic_stiffness[2, 2] == pytest.approx(1025 * 9.80665 * 3000, rel=1e-6)
     np.testing.assert_allclose(db.reference_point, [[2.53, 0, 0]], atol=1e-12)

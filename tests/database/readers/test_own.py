@@ -1,7 +1,5 @@
 """hydrosim's own format, damaged."""
 
-from __future__ import annotations
-
 import damaged
 
 from hydrosim.database import netcdf

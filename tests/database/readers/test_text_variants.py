@@ -1,7 +1,5 @@
 """Text files as editors, mail and other systems leave them: the same data, or one message."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Callable
@@ -66,38 +64,25 @@ def wamit_set(db: HydroDatabase, folder: Path) -> Path:
     return folder / "hull.1"
 
 
-def aqwa_file(db: HydroDatabase, folder: Path) -> Path:
-    (folder / "hull.AH1").write_text(test_aqwa.written(db))
-    return folder / "hull.AH1"
+def text_files(**texts: Callable[[HydroDatabase], str]) -> Callable[[HydroDatabase, Path], Path]:
+    """Writes the text of each suffix; the file to read is the first."""
 
+    def make(db: HydroDatabase, folder: Path) -> Path:
+        paths = [folder / f"hull.{suffix}" for suffix in texts]
+        for path, text in zip(paths, texts.values(), strict=True):
+            path.write_text(text(db))
+        return paths[0]
 
-def marin_file(db: HydroDatabase, folder: Path) -> Path:
-    (folder / "hull.hyd").write_text(test_marin.written(db))
-    return folder / "hull.hyd"
-
-
-def veres_files(db: HydroDatabase, folder: Path) -> Path:
-    (folder / "hull.re8").write_text(test_veres.loads(db))
-    (folder / "hull.re2").write_text(test_veres.drift(db))
-    (folder / "hull.re7").write_text(test_veres.coefficients(db))
-    return folder / "hull.re7"
-
-
-def nemoh_project(db: HydroDatabase, folder: Path) -> Path:
-    return test_nemoh.written(test_nemoh.thinned(db), folder / "project")
-
-
-def orcaflex_file(db: HydroDatabase, folder: Path) -> Path:
-    return write(folder / "hull.yml", contents(db))
+    return make
 
 
 FORMATS = {
     "WAMIT": wamit_set,
-    "AQWA": aqwa_file,
-    "MARIN": marin_file,
-    "VERES": veres_files,
-    "Nemoh": nemoh_project,
-    "OrcaFlex": orcaflex_file,
+    "AQWA": text_files(AH1=test_aqwa.written),
+    "MARIN": text_files(hyd=test_marin.written),
+    "VERES": text_files(re7=test_veres.coefficients, re8=test_veres.loads, re2=test_veres.drift),
+    "Nemoh": lambda db, folder: test_nemoh.written(test_nemoh.thinned(db), folder / "project"),
+    "OrcaFlex": lambda db, folder: write(folder / "hull.yml", contents(db)),
 }
 
 
@@ -186,9 +171,7 @@ def header_removed(content: bytes) -> bytes:
     return content.split(b"\n", 1)[1]
 
 
-def test_tables_without_a_heading_in_the_folder_of_hams(
-    barge: HydroDatabase, tmp_path: Path
-) -> None:
+def test_tables_without_a_heading_in_a_folder_of_hams(barge: HydroDatabase, tmp_path: Path) -> None:
     """HAMS writes .1, .3 and .hst without a heading; names may differ in case, as under Windows."""
     given = Given(gravity=9.81, length=1.0)
     expected = read(wamit_set(barge, tmp_path), given)

@@ -5,13 +5,11 @@ scipy's 8th-order method from one change of mode to the next. Without damping th
 length mu_k N / K2 in slip, and the node goes the way that the point goes along it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
+from modes_apart import ModalMotion, integrate
 from scenes import block, moving, on_floor, scene, steady
-from scipy.integrate import solve_ivp
 
 from hydrosim.elements import LinearMooring, StickSlip
 from hydrosim.scene import Scene
@@ -47,16 +45,11 @@ class Driven:
         K = np.zeros((6, 6))
         K[:2, :2] = R @ np.diag(mass * np.square(self.frequency)) @ R.T
         (x, y), (u, v) = R @ self.place(0.0), R @ self.velocity(0.0)
-        body = block(
-            *(mass, ("surge", "sway", "heave")),
-            position=moving(surge=x, sway=y, heave=-self.normal / 1e7),
-            velocity=moving(surge=u, sway=v),
-        )
-        forces = {
-            "springs": LinearMooring("block", K),
-            "weight": steady(heave=-self.normal),
-            "fender": on_floor(1e7, self.law),
-        }
+        place, speed = moving(surge=x, sway=y, heave=-self.normal / 1e7), moving(surge=u, sway=v)
+        body = block(mass, ("surge", "sway", "heave"), position=place, velocity=speed)
+        weight = steady(heave=-self.normal)
+        springs, fender = LinearMooring("block", K), on_floor(1e7, self.law)
+        forces = {"springs": springs, "weight": weight, "fender": fender}
         return scene(body, forces, self.duration, 0.05, step=step)
 
     @property
@@ -80,16 +73,7 @@ class Driven:
         return np.array([*ds, speed, law.damping * ds @ ds, law.slip_damping * speed**2])
 
 
-@dataclass(frozen=True)
-class Exact:
-    """States (nt, 5) and modes (nt,) at the output times, and the times of all changes of mode."""
-
-    states: np.ndarray
-    modes: np.ndarray
-    events: np.ndarray
-
-
-def integrate(driven: Driven, times: np.ndarray) -> Exact:
+def integrate_in_plane(driven: Driven, times: np.ndarray) -> ModalMotion:
     """From rest, unstretched, by DOP853 at a relative tolerance of 1e-12."""
 
     def grip(t: float, y: np.ndarray, mode: int) -> float:
@@ -99,28 +83,15 @@ def integrate(driven: Driven, times: np.ndarray) -> Exact:
             return float(y[:2] @ driven.velocity(t))
         return law.static * N - T if mode == STICK else T - law.kinetic * N
 
-    grip.terminal, grip.direction = True, -1
-    t, y = 0.0, np.zeros(5)
-    mode = STICK if grip(t, y, STICK) >= 0.0 else SLIP
-    states, modes, events = np.zeros((times.size, 5)), np.zeros(times.size, int), []
-    while t < driven.duration:
-        piece = solve_ivp(
-            *(driven.rates, (t, driven.duration), y, "DOP853"),
-            args=(mode,),
-            events=grip,
-            dense_output=True,
-            max_step=0.02,
-            rtol=1e-12,
-            atol=1e-13,
-        )
-        inside = (times >= t) & (times <= piece.t[-1] + 1e-12)
-        states[inside], modes[inside] = piece.sol(times[inside]).T, mode
-        t, y = piece.t[-1], piece.y[:, -1]
-        if piece.status == 1:
-            mode = SLIP if mode == STICK else STICK
-            events.append(t)
-            if mode == SLIP and driven.rate_free:  # the node jumps
-                size, kept = np.linalg.norm(y[:2]), driven.law.kinetic * driven.normal
-                kept /= driven.law.stiffness
-                y = np.array([*(y[:2] * kept / size), y[2] + size - kept, *y[3:]])
-    return Exact(states, modes, np.array(events))
+    def slip(t: float, y: np.ndarray) -> int:
+        if driven.rate_free:  # the node jumps
+            size, kept = np.linalg.norm(y[:2]), driven.law.kinetic * driven.normal
+            kept /= driven.law.stiffness
+            y[:3] = [*(y[:2] * kept / size), y[2] + size - kept]
+        return SLIP
+
+    after = {STICK: slip, SLIP: lambda t, y: STICK}
+    mode = STICK if grip(0.0, np.zeros(5), STICK) >= 0.0 else SLIP
+    settings = {"rtol": 1e-12, "atol": 1e-13, "max_step": 0.02}
+    slopes, ends = driven.rates, lambda mode: [(grip, after[mode])]
+    return integrate(slopes, ends, mode, np.zeros(5), times, **settings)

@@ -4,30 +4,17 @@ The laws of friction and contact are written out here for one axis, and integrat
 8th-order method from event to event and from corner to corner of the tables of forces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scenes import FLOOR, block, moving, table
+from scenes import block, central_force, foot, mooring, moving, table
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    NormalCurve,
-    PrescribedNormal,
-    Recorded,
-    StickSlip,
-    Table,
-)
+import hydrosim as hs
+from hydrosim.elements import Harmonic, Recorded, Table
 from hydrosim.scene import Scene, Solver
 
 OPEN, STICK, SLIP = range(3)
@@ -40,8 +27,8 @@ class Block:
     z; ``start``: x, x', z, z'. The points of a prescribed table or record are among ``time``."""
 
     mass: float
-    curve: NormalCurve | PrescribedNormal
-    friction: StickSlip | FrictionSlope | Frictionless
+    curve: hs.NormalCurve | hs.PrescribedNormal
+    friction: hs.StickSlip | hs.FrictionSlope | hs.Frictionless
     time: np.ndarray
     push: np.ndarray
     press: np.ndarray
@@ -54,26 +41,14 @@ class Block:
         x, v, z, w = self.start
         force = np.zeros((self.time.size, 6))
         force[:, 0], force[:, 2] = self.push, self.press
-        body = block(
-            self.mass,
-            ("surge", "heave"),
-            position=moving(surge=x, heave=z),
-            velocity=moving(surge=v, heave=w),
-        )
-        forces = {
-            "push": AppliedForce("block", (0.0, 0.0, 0.0), table(self.time, force)),
-            "spring": LinearMooring("block", np.diag([self.spring[0], 0, self.spring[1], 0, 0, 0])),
-            "fender": Fender("block", np.zeros((1, 3)), FLOOR, self.curve, self.friction),
-        }
+        start = {"position": moving(surge=x, heave=z), "velocity": moving(surge=v, heave=w)}
+        body = block(self.mass, ("surge", "heave"), **start)
+        push, spring = central_force(**table(self.time, force)), self.spring
+        held = mooring(surge=spring[0], heave=spring[1])
+        forces = {"push": push, "spring": held, "fender": foot(self.curve, self.friction)}
         solver = Solver(step=step, events=events)
-        return Scene(
-            "one axis",
-            self.duration,
-            (body,),
-            forces=forces,
-            solver=solver,
-            output_step=output_step,
-        )
+        whole = Scene("one axis", self.duration, (body,), forces=forces, solver=solver)
+        return replace(whole, output_step=output_step)
 
     @cached_property
     def prescribed(self) -> Callable[[float], float]:
@@ -82,7 +57,7 @@ class Block:
 
     def normal_force(self, t: float, y: np.ndarray) -> float:
         """f(delta) + c delta', or f(t), not cut at zero."""
-        if isinstance(self.curve, PrescribedNormal):
+        if isinstance(self.curve, hs.PrescribedNormal):
             return float(self.prescribed(t))
         x, f = self.curve.compression, self.curve.force
         k = min(max(int(np.searchsorted(x, -y[Z])) - 1, 0), x.size - 2)
@@ -92,10 +67,10 @@ class Block:
     def friction_force(self, mode: int, t: float, y: np.ndarray) -> tuple[float, float]:
         """Force on the block, rate of the stretch."""
         law, v, s = self.friction, y[V], y[S]
-        if isinstance(law, FrictionSlope):
+        if isinstance(law, hs.FrictionSlope):
             limit = law.coefficient * self.normal_force(t, y)
             return {OPEN: 0.0, STICK: -law.slope * v, SLIP: -limit * np.sign(v)}[mode], 0.0
-        if isinstance(law, Frictionless):
+        if isinstance(law, hs.Frictionless):
             return 0.0, 0.0
         if mode == OPEN:
             return 0.0, -law.stiffness / law.damping * s if law.damping else 0.0
@@ -115,9 +90,9 @@ class Block:
     def grip(self, mode: int, t: float, y: np.ndarray) -> float:
         """Positive while the point sticks, or while it slips."""
         law, N = self.friction, self.normal_force(t, y)
-        if isinstance(law, Frictionless):
+        if isinstance(law, hs.Frictionless):
             return 1.0 if mode == SLIP else -1.0
-        if isinstance(law, FrictionSlope):
+        if isinstance(law, hs.FrictionSlope):
             margin = law.coefficient * N - law.slope * abs(y[V])
             return margin if mode == STICK else -margin
         T = abs(law.stiffness * y[S] + law.damping * y[V])
@@ -125,7 +100,7 @@ class Block:
 
     def touches(self, t: float, y: np.ndarray) -> float:
         """Positive in contact."""
-        if isinstance(self.curve, PrescribedNormal):
+        if isinstance(self.curve, hs.PrescribedNormal):
             return self.normal_force(t, y)
         steepness = self.curve.force[1] / self.curve.compression[1]
         return min(-y[Z] * steepness, self.normal_force(t, y))
@@ -161,8 +136,7 @@ class Exact:
 
 
 def integrate(block: Block, times: np.ndarray, resolution: float = 0.02) -> Exact:
-    """The motion by DOP853 at a relative tolerance of 1e-12, in pieces of at most ``resolution``
-    so that no change of mode is overlooked."""
+    """The motion by DOP853 at 1e-12, in pieces of at most ``resolution`` to see every change."""
     y = np.array([*block.start, 0.0])
     mode = STICK if block.grip(STICK, 0.0, y) >= 0.0 else SLIP
     mode = mode if block.touches(0.0, y) > 0.0 else OPEN
@@ -170,15 +144,9 @@ def integrate(block: Block, times: np.ndarray, resolution: float = 0.02) -> Exac
     states, modes, events, t = np.zeros((times.size, 5)), np.zeros(times.size, int), [], 0.0
     for stop in [*corners, block.duration]:
         while t < stop:
-            piece = solve_ivp(
-                *(block.rates, (t, stop), y, "DOP853"),
-                args=(mode,),
-                events=_watch(block, mode, y),
-                dense_output=True,
-                max_step=resolution,
-                rtol=1e-12,
-                atol=1e-14,
-            )
+            settings = {"dense_output": True, "rtol": 1e-12, "atol": 1e-14}
+            settings |= {"max_step": resolution, "events": _watch(block, mode, y)}
+            piece = solve_ivp(block.rates, (t, stop), y, "DOP853", args=(mode,), **settings)
             inside = (times >= t) & (times <= piece.t[-1] + 1e-12)
             if inside.any():
                 states[inside], modes[inside] = piece.sol(times[inside]).T, mode
@@ -209,7 +177,7 @@ def _watch(block: Block, mode: int, start: np.ndarray):
 
     contact.direction = grip.direction = -1
     curve = block.curve
-    inner = [] if isinstance(curve, PrescribedNormal) else curve.compression[1:-1]
+    inner = [] if isinstance(curve, hs.PrescribedNormal) else curve.compression[1:-1]
     watched = [contact, grip, *(corner(x) for x in inner)]
     for event in watched:
         event.terminal = True

@@ -3,62 +3,36 @@
 Tolerances: rk4 in pieces without kinks; events are located to 1e-10 of their margin's range.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from scenes import (
-    FLOOR,
-    INERTIA,
-    block,
-    errors,
-    heave,
-    moving,
-    observed_orders,
-    on_floor,
-    scene,
-    steady,
-    surge,
-)
+import scenes
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    Frictionless,
-    Harmonic,
-    LinearMooring,
-    Plane,
-    PrescribedNormal,
-    Table,
-)
+from hydrosim.elements import Harmonic, Table
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Scene
 
-Figure = Callable[[str, float], None]
 STICK, SLIP = 1, 2
 MASS, GRIP, PERIOD = 1e8, 2e5, 100.0
-ROUGH = Coulomb(1e3, 1e3)  # as good as a hinge
+ROUGH = hs.Coulomb(1e3, 1e3)  # as good as a hinge
 
 
-def pressed(law: Coulomb, force: float) -> Fender:
+def pressed(law: hs.Coulomb, force: float) -> hs.Fender:
     """The block's origin, pressed on the floor by a constant force."""
-    normal = PrescribedNormal(Table(np.array([0.0]), np.array([force])))
-    return Fender("block", np.zeros((1, 3)), FLOOR, normal, law)
+    normal = hs.PrescribedNormal(Table(np.array([0.0]), np.array([force])))
+    return scenes.foot(normal, law)
 
 
-def pushed(mean: float, amplitude: float, duration: float = 1000.0, step: float = 0.1) -> Scene:
+def pushed(mean: float, amplitude: float, duration: float = 1000.0, step: float = 0.1) -> hs.Scene:
     """The block of chapter 4 of the thesis, on friction of 2e5 N."""
-    push = AppliedForce("block", (0, 0, 0), {"surge": Harmonic(amplitude, PERIOD, mean)})
-    forces = {"push": push, "fender": pressed(Coulomb(0.2, 0.2), GRIP / 0.2)}
-    return scene(block(MASS, ("surge",)), forces, duration, 10 * step, step=step)
+    push = scenes.central_force(surge=Harmonic(amplitude, PERIOD, mean))
+    forces = {"push": push, "fender": pressed(hs.Coulomb(0.2, 0.2), GRIP / 0.2)}
+    return scenes.scene(scenes.block(MASS, ("surge",)), forces, duration, 10 * step, step=step)
 
 
 @dataclass(frozen=True)
@@ -82,8 +56,7 @@ class Piece:
 
 
 def closed_form(amplitude: float, duration: float) -> Iterator[Piece]:
-    """Pieces of the block under amplitude * sin: rest until the push exceeds the friction, slip
-    until the speed is zero, whose time is the root of a closed form."""
+    """Pieces under amplitude * sin: rest until the push exceeds the friction, slip until v = 0."""
     w = 2 * np.pi / PERIOD
     piece = Piece(0.0, 0.0, 0.0)
     while piece.start < duration:
@@ -104,14 +77,12 @@ def closed_form(amplitude: float, duration: float) -> Iterator[Piece]:
 
 
 @pytest.mark.parametrize("amplitude", [4e5, 2.2e5])
-def test_block_of_the_thesis(
-    amplitude: float, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_block_of_the_thesis(amplitude, figure, validated):
     run = hs.simulate(pushed(0.0, amplitude))
     time, pieces = run.time.values, list(closed_form(amplitude, 1000.0))
     of = np.searchsorted([p.start for p in pieces], time, side="right") - 1
     exact = np.array([pieces[i].position(t, amplitude) for i, t in zip(of, time, strict=True)])
-    error = np.abs(surge(run) - exact).max()
+    error = np.abs(scenes.surge(run) - exact).max()
     figure("position error [m]", error)
     claim = "block under dry friction, 1000 s, over its range"
     part = error / np.ptp(exact)
@@ -122,10 +93,10 @@ def test_block_of_the_thesis(
     assert rests == 1 if amplitude == 4e5 else rests > 5  # turns at once, or rests in between
 
 
-def test_no_creep(figure: Figure, validated: Callable[..., None]) -> None:
+def test_no_creep(figure, validated) -> None:
     """Others creep by 3.6e-6 m (MuJoCo, tuned) to 7e-4 m (Drake) in an hour of this."""
     run = hs.simulate(pushed(1e5, 5e4, duration=3600.0))
-    creep = np.abs(surge(run)).max()
+    creep = np.abs(scenes.surge(run)).max()
     figure("creep [m]", creep)
     claim = "block held by friction for an hour, creep [m]"
     validated(Kind.CLOSED_FORM, claim, "0", creep, 0.0, Feature.COULOMB)
@@ -145,29 +116,27 @@ def den_hartog(ratio: float, friction: float) -> tuple[float, float]:
     return amplitude, np.arctan2(-friction * U / V, amplitude / V)
 
 
-def oscillator(ratio: float, friction: float, phase: float, start: float, cycles: int) -> Scene:
+def oscillator(ratio: float, friction: float, phase: float, start: float, cycles: int) -> hs.Scene:
     """Mass 1, stiffness 1, force cos(ratio t + phase), recorded at every half period."""
     half = np.pi / ratio
-    push = AppliedForce(
-        "block", (0, 0, 0), {"surge": Harmonic(1.0, 2 * half, phase=phase + np.pi / 2)}
-    )
+    swing = {"surge": Harmonic(1.0, 2 * half, phase=phase + np.pi / 2)}
     forces = {
-        "push": push,
-        "spring": LinearMooring("block", np.diag([1.0, 0, 0, 0, 0, 0])),
-        "fender": pressed(Coulomb(1.0, 1.0), friction),
+        "push": scenes.central_force(**swing),
+        "spring": scenes.mooring(surge=1.0),
+        "fender": pressed(hs.Coulomb(1.0, 1.0), friction),
     }
-    body = block(1.0, ("surge",), position=moving(surge=start))
+    body = scenes.block(1.0, ("surge",), position=scenes.moving(surge=start))
     steps = int(np.ceil(half / min(0.02, half / 40)))
-    return scene(body, forces, 2 * cycles * half, half, step=half / steps)
+    return scenes.scene(body, forces, 2 * cycles * half, half, step=half / steps)
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.45, 0.6, 0.8, 0.9, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0])
-def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]) -> None:
+def test_den_hartog(ratio: float, figure, validated) -> None:
     """From the turning point of the steady motion; the next ones are half periods away."""
     friction = {0.3: 0.02, 0.45: 0.1}.get(ratio, 0.2)
     amplitude, phase = den_hartog(ratio, friction)
     run = hs.simulate(oscillator(ratio, friction, phase, amplitude, cycles=40))
-    turning = surge(run) * np.where(np.arange(run.time.size) % 2, -1.0, 1.0)
+    turning = scenes.surge(run) * np.where(np.arange(run.time.size) % 2, -1.0, 1.0)
     error = np.abs(turning / amplitude - 1.0).max()
     figure(f"amplitude at {ratio:g}", error)
     claim = "oscillator with dry friction, amplitude at 11 frequencies"
@@ -176,8 +145,7 @@ def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]
 
 
 def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float]:
-    """Place at every half period and the number of stops in the last ``cycles``, by DOP853 from
-    event to event."""
+    """Places at half periods, and the number of stops in the last ``cycles``, by DOP853."""
     f, x, v, t, sign, count = friction, 0.0, 0.0, 0.0, 0.0, 0
     half = np.pi / ratio
     end, places = 2 * cycles * half, [0.0]
@@ -208,13 +176,8 @@ def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float
                 return sign * y[1]
 
             turned.terminal, turned.direction = True, -1
-            piece = solve_ivp(
-                *(rates, (t, end), [x, v], "DOP853"),
-                events=turned,
-                rtol=1e-12,
-                atol=1e-14,
-                dense_output=True,
-            )
+            settings = {"dense_output": True, "events": turned, "rtol": 1e-12, "atol": 1e-14}
+            piece = solve_ivp(rates, (t, end), [x, v], "DOP853", **settings)
             new, dense = piece.t[-1], lambda s, p=piece: p.sol(s)[0]
             x, v = piece.y[0, -1], 0.0
             held = abs(push(new) - x) <= f
@@ -230,33 +193,29 @@ def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float
 @pytest.mark.parametrize(
     ("ratio", "friction"), [(0.15, 0.3), (0.2, 0.3), (0.25, 0.5), (0.4, 0.7), (0.7, 0.8)]
 )
-def test_stops_per_cycle(ratio: float, friction: float, figure: Figure) -> None:
+def test_stops_per_cycle(ratio: float, friction: float, figure) -> None:
     """Slow or sticky: the motion stops, once or several times in every half cycle."""
     places, count = stops(ratio, friction, cycles=6)
-    run = hs.simulate(oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6))
-    error = np.abs(surge(run) - places).max()
+    whole = oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6)
+    run = hs.simulate(whole)
+    error = np.abs(scenes.surge(run) - places).max()
     figure(f"places at {ratio:g}", error)
     assert error <= 1e-6 * np.ptp(places)
-    fine = hs.simulate(_recorded_finely(oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6)))
+    fine = hs.simulate(replace(whole, output_step=whole.solver.step))
     mode = fine.fender_mode.values[:, 0]
     figure(f"stops at {ratio:g}", count)
     assert np.count_nonzero((mode[1:] == STICK) & (mode[:-1] == SLIP)) == count
 
 
-def _recorded_finely(whole: Scene) -> Scene:
-    return replace(whole, output_step=whole.solver.step)
-
-
-def test_a_block_thrown_along_the_floor_stops_straight(figure: Figure) -> None:
+def test_a_block_thrown_along_the_floor_stops_straight(figure) -> None:
     g, mu, v = 9.81, 0.3, np.array([3.0, 4.0])
-    forces = {"weight": steady(heave=-g), "fender": on_floor(1e3, Coulomb(mu, mu))}
-    body = block(
-        1.0,
-        ("surge", "sway", "heave"),
-        velocity=moving(surge=v[0], sway=v[1]),
-        position=moving(heave=-g / 1e3),
-    )
-    run = hs.simulate(scene(body, forces, 3.0, 0.1, step=0.05))
+    forces = {"weight": scenes.steady(heave=-g), "fender": scenes.on_floor(1e3, hs.Coulomb(mu, mu))}
+    start = {
+        "position": scenes.moving(heave=-g / 1e3),
+        "velocity": scenes.moving(surge=v[0], sway=v[1]),
+    }
+    body = scenes.block(1.0, ("surge", "sway", "heave"), **start)
+    run = hs.simulate(scenes.scene(body, forces, 3.0, 0.1, step=0.05))
     way = v * np.hypot(*v) / (2 * mu * g)
     error = np.abs(run.position.values[-1, 0, :2] - way).max()
     figure("where it stops [m]", error)
@@ -270,24 +229,21 @@ def test_a_block_thrown_along_the_floor_stops_straight(figure: Figure) -> None:
 ARM, STIFFNESS, G = 1.0, 400.0, 9.81
 
 
-def rocking(duration: float, step: float) -> Scene:
+def rocking(duration: float, step: float) -> hs.Scene:
     """A body on one rough point below its centre of gravity, tilted."""
-    body = block(
-        1.0,
-        ("surge", "heave", "pitch"),
-        position=moving(surge=ARM * np.sin(0.1), heave=ARM * np.cos(0.1) - G / 400, pitch=0.1),
-    )
+    start = scenes.moving(surge=ARM * np.sin(0.1), heave=ARM * np.cos(0.1) - G / 400, pitch=0.1)
+    body = scenes.block(1.0, ("surge", "heave", "pitch"), position=start)
     forces = {
-        "weight": steady(heave=-G),
-        "spring": LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0])),
-        "fender": on_floor(STIFFNESS, ROUGH, points=[[0.0, 0.0, -ARM]]),
+        "weight": scenes.steady(heave=-G),
+        "spring": scenes.mooring(pitch=30.0),
+        "fender": scenes.on_floor(STIFFNESS, ROUGH, points=[[0.0, 0.0, -ARM]]),
     }
-    return scene(body, forces, duration, 0.1, step=step)
+    return scenes.scene(body, forces, duration, 0.1, step=step)
 
 
-def test_a_held_point_is_a_hinge(figure: Figure) -> None:
+def test_a_held_point_is_a_hinge(figure) -> None:
     """Against Lagrange's equations of height z and pitch, with x = arm sin(pitch)."""
-    inertia = INERTIA[1, 1]
+    inertia = scenes.INERTIA[1, 1]
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         z, a, dz, da = y
@@ -300,9 +256,9 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
     exact = solve_ivp(rates, (0, 5), start, "DOP853", t_eval=times, rtol=1e-12, atol=1e-13).y
     x = ARM * np.sin(exact[1])
     steps = np.array([0.05, 0.025, 0.0125])
-    found = errors(rocking(5.0, 0.05), steps, x)
-    figure("order", observed_orders(steps, found)[-1])
-    assert observed_orders(steps, found)[-1] > 3.7
+    found = scenes.errors(rocking(5.0, 0.05), steps, x)
+    figure("order", scenes.observed_orders(steps, found)[-1])
+    assert scenes.observed_orders(steps, found)[-1] > 3.7
     run = hs.simulate(rocking(5.0, 0.0125))
     assert found[-1] < 1e-6 * np.ptp(x)
     assert np.abs(run.position.values[:, 0, 4] - exact[1]).max() < 1e-6
@@ -313,20 +269,16 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
     assert run.attrs["energy_residual_relative"] < 1e-7
 
 
-def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) -> None:
+def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure) -> None:
     """All six DOFs, three dimensions: the point stays, the energy stays."""
-    body = block(
-        1.0,
-        position=moving(heave=0.0, pitch=0.3, roll=-0.2),
-        velocity=moving(heave=-0.5, yaw=0.2),
-    )
+    position, velocity = scenes.moving(pitch=0.3, roll=-0.2), scenes.moving(heave=-0.5, yaw=0.2)
+    body = scenes.block(1.0, position=position, velocity=velocity)
     arm = [0.05, -0.03, 0.2]
-    forces = {
-        "spring": LinearMooring("block", np.diag([0, 0, 0, 3.0, 3.0, 3.0])),
-        "weight": steady(heave=-G),
-        "fender": on_floor(200.0, ROUGH, points=[arm], plane=Plane((0, 0, 0.15), (0, 0, 1))),
-    }
-    runs = [hs.simulate(scene(body, forces, 4.0, 0.1, step=h)) for h in (0.01, 0.005)]
+    plane = hs.Plane((0, 0, 0.15), (0, 0, 1))
+    fender = scenes.on_floor(200.0, ROUGH, points=[arm], plane=plane)
+    spring, weight = scenes.mooring(roll=3.0, pitch=3.0, yaw=3.0), scenes.steady(heave=-G)
+    forces = {"spring": spring, "weight": weight, "fender": fender}
+    runs = [hs.simulate(scenes.scene(body, forces, 4.0, 0.1, step=h)) for h in (0.01, 0.005)]
     assert {*np.unique(runs[1].fender_mode.values)} >= {STICK}
     residual = [run.attrs["energy_residual_relative"] for run in runs]
     figure("residual", residual[1])
@@ -338,54 +290,53 @@ def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) ->
     assert moved.max() < 1e-7
 
 
-def test_two_bodies_stick_together(figure: Figure) -> None:
+def test_two_bodies_stick_together(figure) -> None:
     """A block on a cart that is pushed: one body while it holds, momentum always."""
-    cart = block(3.0, ("surge",), name="cart")
-    body = block(1.0, ("surge", "heave"), position=moving(heave=-0.1))
-    push = AppliedForce("cart", (0, 0, 0), {"surge": Harmonic(6.0, 5.0, phase=np.pi / 2)})
-    fender = on_floor(100.0, Coulomb(0.4, 0.4), plane=Plane((0, 0, 0), (0, 0, 1), body="cart"))
-    forces = {"push": push, "weight": steady(heave=-10.0), "fender": fender}
-    run = hs.simulate(scene((body, cart), forces, 10.0, 0.1, step=0.05))
+    cart = scenes.block(3.0, ("surge",), name="cart")
+    body = scenes.block(1.0, ("surge", "heave"), position=scenes.moving(heave=-0.1))
+    push = scenes.central_force("cart", surge=Harmonic(6.0, 5.0, phase=np.pi / 2))
+    top = hs.Plane((0, 0, 0), (0, 0, 1), body="cart")
+    fender = scenes.on_floor(100.0, hs.Coulomb(0.4, 0.4), plane=top)
+    forces = {"push": push, "weight": scenes.steady(heave=-10.0), "fender": fender}
+    run = hs.simulate(scenes.scene((body, cart), forces, 10.0, 0.1, step=0.05))
     w, t = 2 * np.pi / 5.0, run.time.values
     assert np.all(run.fender_mode.values == STICK)
     exact = 6.0 / 4.0 / w**2 * (1.0 - np.cos(w * t))
     figure("as one body [m]", np.abs(run.position.values[:, :, 0] - exact[:, None]).max())
     assert np.abs(run.position.values[:, :, 0] - exact[:, None]).max() < 2e-7  # Simpson
     assert np.all(run.velocity.values[:, 0, 0] == run.velocity.values[:, 1, 0])
-    loose = {**forces, "fender": _weaker(fender)}
-    run = hs.simulate(scene((body, cart), loose, 10.0, 0.1, step=0.05))
+    loose = {**forces, "fender": replace(fender, friction=hs.Coulomb(0.12, 0.08))}
+    run = hs.simulate(scenes.scene((body, cart), loose, 10.0, 0.1, step=0.05))
     assert {*np.unique(run.fender_mode.values)} == {STICK, SLIP}
     momentum = run.velocity.values[:, 0, 0] + 3.0 * run.velocity.values[:, 1, 0]
     assert np.abs(momentum - 6.0 / w * np.sin(w * t)).max() < 1e-6
     assert run.attrs["energy_residual_relative"] < 1e-6
 
 
-def _weaker(fender: Fender) -> Fender:
-    return replace(fender, friction=Coulomb(0.12, 0.08))
-
-
 def test_friction_on_what_cannot_slide_does_nothing() -> None:
     """A block that bounces straight up and down: as without friction, and it opens as often."""
-    body = block(1.0, ("heave",), position=moving(heave=0.1))
+    body = scenes.block(1.0, ("heave",), position=scenes.moving(heave=0.1))
     ends = []
-    for law in (Coulomb(0.4, 0.3), Frictionless()):
-        forces = {"weight": steady(heave=-9.81), "fender": on_floor(1e3, law)}
-        run = hs.simulate(scene(body, forces, 3.0, 0.01, step=0.005))
-        ends.append(heave(run))
+    for law in (hs.Coulomb(0.4, 0.3), hs.Frictionless()):
+        forces = {"weight": scenes.steady(heave=-9.81), "fender": scenes.on_floor(1e3, law)}
+        run = hs.simulate(scenes.scene(body, forces, 3.0, 0.01, step=0.005))
+        ends.append(scenes.heave(run))
         assert np.count_nonzero(np.diff(run.fender_mode.values[:, 0] != 0)) > 10
     assert ends[0] == pytest.approx(ends[1], abs=1e-10)
 
 
 def test_what_does_not_fit_is_refused() -> None:
     corners = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
-    forces = {"fender": on_floor(1e3, Coulomb(0.2, 0.1), points=corners)}
+    forces = {"fender": scenes.on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners)}
     with pytest.raises(InputError, match="stick_slip") as refused:
-        hs.simulate(scene(block(1.0), forces, 1.0, 0.1))
+        hs.simulate(scenes.scene(scenes.block(1.0), forces, 1.0, 0.1))
     assert "forces.fender: rigid friction holds 4 directions at 2 points" in str(refused.value)
-    wall = Plane((5.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    wall = hs.Plane((5.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
     one_each = {
-        "floor": on_floor(1e3, Coulomb(0.2, 0.1), points=corners[:1]),
-        "wall": on_floor(1e3, Coulomb(0.2, 0.1), points=[[1.0, 0.0, 1.0]], plane=wall),
+        "floor": scenes.on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners[:1]),
+        "wall": scenes.on_floor(1e3, hs.Coulomb(0.2, 0.1), points=[[1.0, 0.0, 1.0]], plane=wall),
     }
-    run = hs.simulate(scene(block(1.0, velocity=moving(heave=-0.1)), one_each, 1.0, 0.1))
-    assert np.isfinite(heave(run)).all()
+    run = hs.simulate(
+        scenes.scene(scenes.block(1.0, velocity=scenes.moving(heave=-0.1)), one_each, 1.0, 0.1)
+    )
+    assert np.isfinite(scenes.heave(run)).all()

@@ -1,38 +1,33 @@
 """Guides: pins in cylinders and cones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import block, moving, observed_orders, scene, steady, with_step
+from scenes import block, mooring, moving, observed_orders, scene, steady, straight_curve, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.elements import Frictionless, Landing, LinearMooring, NormalCurve, Seats, Wall
 from hydrosim.elements.contact.landing import AWAY, FREE, INACTIVE, PIN_BESIDE, PIN_PRESSED
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Active, Scene, Start, When
 
 MASS, K, G = 1e3, 2e5, 9.81
 GAP = 0.1
 TABLE = np.array([0.0, 1.0]), np.array([0.0, K])
-SEAT = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e5]))
+SEAT = straight_curve(4e5)
 
 
-def wall_of(slope: float = 0.0, depth: float | None = None) -> Wall:
+def wall_of(slope: float = 0.0, depth: float | None = None) -> hs.Wall:
     """A wall of a stiffness K."""
-    return Wall(GAP, compression=TABLE[0], force=TABLE[1], angle=np.arctan(slope), depth=depth)
+    return hs.Wall(GAP, compression=TABLE[0], force=TABLE[1], angle=np.arctan(slope), depth=depth)
 
 
-def pin(wall: Wall, position: dict[str, float], velocity: dict[str, float]) -> Scene:
+def pin(wall: hs.Wall, position: dict[str, float], velocity: dict[str, float]) -> hs.Scene:
     """A pin that falls into a guide."""
     dofs = ("surge", "sway", "heave")
     body = block(MASS, dofs, position=moving(**position), velocity=moving(**velocity))
-    leg = Landing(
-        "block", np.zeros((1, 3)), Seats(np.zeros((1, 3))), SEAT, Frictionless(), wall=wall
-    )
+    seats = hs.Seats(np.zeros((1, 3)))
+    leg = hs.Landing("block", np.zeros((1, 3)), seats, SEAT, hs.Frictionless(), wall=wall)
     forces = {"leg": leg, "weight": steady(heave=-MASS * G)}
     return scene(body, forces, 2.0, 0.05, step=0.005)
 
@@ -47,9 +42,8 @@ def exact(times: np.ndarray, z: list[float], slope: float) -> np.ndarray:
         up = slope * f + 4e5 * max(delta, 0.0) - MASS * G
         return np.array([*z[3:], -across * z[0] / MASS, -across * z[1] / MASS, up / MASS])
 
-    found = solve_ivp(
-        rates, (0.0, times[-1]), z, "DOP853", times, rtol=1e-12, atol=1e-14, max_step=1e-3
-    )
+    tight = {"rtol": 1e-12, "atol": 1e-14, "max_step": 1e-3}
+    found = solve_ivp(rates, (0.0, times[-1]), z, "DOP853", times, **tight)
     return found.y[:3].T
 
 
@@ -108,7 +102,7 @@ def test_a_restart_while_a_pin_is_pressed_is_the_run_to_the_bit():
     run = hs.simulate(whole)
     times = run.time.values[np.flatnonzero(run.guide_mode.values[:, 0] == PIN_PRESSED)]
     for time in times[[0, len(times) // 2]]:
-        rest = replace(whole, initial=Start(run, float(time)), duration=2.0 - float(time))
+        rest = replace(whole, initial=hs.Start(run, float(time)), duration=2.0 - float(time))
         again = hs.simulate(rest)
         assert np.array_equal(again.position.values[-1], run.position.values[-1])
         assert again.guide_force.values[-1] == run.guide_force.values[-1]
@@ -117,19 +111,19 @@ def test_a_restart_while_a_pin_is_pressed_is_the_run_to_the_bit():
 SWING = 400.0  # N/m: a period of 9.9 s, an amplitude of 1.58 m
 
 
-def lock(begin: float, until: float | None = None, duration: float = 4.0) -> Scene:
+def lock(begin: float, until: float | None = None, duration: float = 4.0) -> hs.Scene:
     """A pin that swings on a spring through the middle of a cylinder, whose wall comes and goes."""
-    end = None if until is None else When(until)
-    leg = Landing(
+    end = None if until is None else hs.When(until)
+    leg = hs.Landing(
         "block",
         np.zeros((1, 3)),
-        Seats(np.array([[0.0, 0.0, -0.05]])),  # above its seat all the time
+        hs.Seats(np.array([[0.0, 0.0, -0.05]])),  # above its seat all the time
         SEAT,
-        Frictionless(),
+        hs.Frictionless(),
         wall=wall_of(),
-        active=Active(When(begin), end),
+        active=hs.Active(hs.When(begin), end),
     )
-    swing = LinearMooring("block", np.diag([SWING, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    swing = mooring(surge=SWING)
     body = block(MASS, ("surge",), velocity=moving(surge=1.0))
     return scene(body, {"leg": leg, "swing": swing}, duration, 0.05, step=0.0025)
 
@@ -142,9 +136,8 @@ def test_a_wall_that_comes_while_the_pin_is_inside_locks_it() -> None:
         pressed = max(abs(z[0]) - GAP, 0.0) if t >= begin else 0.0
         return [z[1], (-SWING * z[0] - K * pressed * np.sign(z[0])) / MASS]
 
-    found = solve_ivp(
-        rates, (0.0, 4.0), [0.0, 1.0], "DOP853", run.time, rtol=1e-12, atol=1e-14, max_step=1e-3
-    )
+    tight = {"rtol": 1e-12, "atol": 1e-14, "max_step": 1e-3}
+    found = solve_ivp(rates, (0.0, 4.0), [0.0, 1.0], "DOP853", run.time, **tight)
     assert np.abs(run.position.values[:, 0, 0] - found.y[0]).max() < 1e-6
     assert np.abs(run.position.values[:, 0, 0]).max() < 2.0 * GAP
     assert run.guide_mode.values[0, 0] == INACTIVE
@@ -183,5 +176,5 @@ def test_a_restart_before_and_after_a_wall_has_come_is_the_run_to_the_bit() -> N
     whole = replace(lock(0.05), output_states=True)
     run = hs.simulate(whole)
     for time in (0.0, 0.5, 1.0):
-        again = hs.simulate(replace(whole, initial=Start(run, time), duration=4.0 - time))
+        again = hs.simulate(replace(whole, initial=hs.Start(run, time), duration=4.0 - time))
         assert np.array_equal(again.position.values[-1], run.position.values[-1])

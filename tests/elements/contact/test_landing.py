@@ -1,57 +1,43 @@
 """Landings: loops of loading and unloading, what is lost in them, where a weight may rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
-from scenes import block, heave, moving, observed_orders, scene, steady, with_step
-from scipy.integrate import solve_ivp
+from modes_apart import Event, integrate
+from scenes import (
+    assert_continues,
+    block,
+    central_force,
+    heave,
+    mooring,
+    moving,
+    observed_orders,
+    scene,
+    steady,
+    straight_curve,
+    with_step,
+)
 from scipy.linalg import expm
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    Landing,
-    LinearDamping,
-    LinearMooring,
-    NormalCurve,
-    NormalLoop,
-    Plane,
-    Seats,
-    StickSlip,
-)
-from hydrosim.elements.contact import fender
-from hydrosim.elements.contact.curves import (
-    BRANCH_START,
-    branch_loss,
-    curve_force,
-    find_segment,
-    reload_ends,
-    reload_start,
-)
+from hydrosim.elements import Harmonic
+from hydrosim.elements.contact import curves, fender
 from hydrosim.elements.contact.law import OPEN
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Active, ForceElement, Method, Scene, Start, Symmetry, When
+from hydrosim.scene import Active, ForceElement, Method, Scene, Symmetry, When
 
 X, LOADING, UNLOADING = np.array([0.0, 0.1, 0.2]), (0.0, 2e4, 6e4), (0.0, 5e3, 6e4)
-LOOP = NormalLoop(X, np.array(LOADING), X, np.array(UNLOADING), 2e6)
+LOOP = hs.NormalLoop(X, np.array(LOADING), X, np.array(UNLOADING), 2e6)
 MASS, WEIGHT = 1e3, 9810.0
 
 
-def leg(normal: NormalCurve | NormalLoop = LOOP, **changes: Any) -> Landing:
+def leg(normal: hs.NormalCurve | hs.NormalLoop = LOOP, **changes: Any) -> hs.Landing:
     seats = {key: changes.pop(key) for key in ("axis", "body", "extent") if key in changes}
     points, on = (changes.pop(key, np.zeros((1, 3))) for key in ("points", "seats"))
-    landing = Landing("block", points, Seats(on, **seats), normal, Frictionless())
+    landing = hs.Landing("block", points, hs.Seats(on, **seats), normal, hs.Frictionless())
     return replace(landing, **changes)
 
 
@@ -62,87 +48,63 @@ def dropped(duration: float = 3.0, step: float = 0.005, **forces: ForceElement) 
     return scene(body, forces, duration, 0.05, step=step)
 
 
-class Exact:
-    """A mass on a landing, piece by piece between events, to 1e-13."""
+PIECES = {  # of the curve: a place, the force there, the slope; they go on beyond their ends
+    "open": (0.0, 0.0, 0.0),
+    "load 1": (0.0, 0.0, 2e5),
+    "load 2": (0.1, 2e4, 4e5),
+    "back 1": (0.0, 0.0, 5e4),
+    "back 2": (0.1, 5e3, 5.5e5),
+}
 
-    def __init__(self, force: object = lambda t: -WEIGHT) -> None:
-        self.force, self.mode, self.start = force, "open", 0.0
 
-    def N(self, x: float) -> float:
-        """On straight lines that go on beyond their ends, so that each piece is smooth."""
-        line = {
-            "open": (0.0, 0.0, 0.0),
-            "load 1": (0.0, 0.0, 2e5),
-            "load 2": (0.1, 2e4, 4e5),
-            "back 1": (0.0, 0.0, 5e4),
-            "back 2": (0.1, 5e3, 5.5e5),
-            "between": (self.start, 0.0, 2e6),
-        }[self.mode]
-        return line[1] + line[2] * (x - line[0])
+def fall_exactly(times: np.ndarray) -> tuple[np.ndarray, int]:
+    """Heave of the dropped mass at ``times``, piece by piece, and the number of events."""
 
-    def ends(self) -> list[tuple[object, str]]:
-        """What ends the mode, as functions that fall through zero, and what follows."""
-        ends = {
-            "open": [(lambda t, z: z[0], "load 1")],
-            "load 1": [(lambda t, z: 0.1 + z[0], "load 2"), (lambda t, z: -z[1], "between")],
-            "load 2": [(lambda t, z: -z[1], "between")],
-            "back 2": [(lambda t, z: -0.1 - z[0], "back 1"), (lambda t, z: z[1], "between")],
-            "back 1": [(lambda t, z: -z[0], "open"), (lambda t, z: z[1], "between")],
-        }
-        if self.mode != "between":
-            return ends[self.mode]
-        above, below = (
-            [(2e6 * self.start + f - k * at) / (2e6 - k) for at, f, k in pieces]
-            for pieces in (
-                [(0.0, 0.0, 2e5), (0.1, 2e4, 4e5)],
-                [(0.0, 0.0, 5e4), (0.1, 5e3, 5.5e5)],
-            )
-        )
-        up = (above[0], "load 1") if above[0] < 0.1 else (above[1], "load 2")
-        down = (below[0], "back 1") if below[0] < 0.1 else (below[1], "back 2")
-        return [
-            (lambda t, z: up[0] + z[0], up[1]),
-            (lambda t, z: -z[0] - down[0], down[1]),
-        ]
+    def N(x: float, mode: tuple[str, float]) -> float:
+        at, force, slope = (mode[1], 0.0, 2e6) if mode[0] == "between" else PIECES[mode[0]]
+        return force + slope * (x - at)
 
-    def at(self, times: np.ndarray, z: list[float]) -> np.ndarray:
-        """Heave at the ``times``, from the place and the velocity ``z``."""
-        t, out, self.events = 0.0, np.zeros(times.size), 0
-        while t < times[-1]:
-            ends = self.ends()
-            events = [partial(lambda f, t, z: f(t, z), f) for f, _ in ends]
-            for event in events:
-                event.terminal, event.direction = True, -1
+    def rates(t: float, z: np.ndarray, mode: tuple[str, float]) -> list[float]:
+        return [z[1], (N(-z[0], mode) - WEIGHT) / MASS]
 
-            def rates(t: float, z: np.ndarray) -> list[float]:
-                return [z[1], (self.N(-z[0]) + self.force(t)) / MASS]
+    def ends(mode: tuple[str, float]) -> list[Event]:
+        piece, start = mode
 
-            found = solve_ivp(
-                rates, (t, times[-1]), z, "DOP853", None, True, events, rtol=1e-13, atol=1e-15
-            )
-            inside = (times >= t) & (times <= found.t[-1])
-            if inside.any():
-                out[inside] = found.sol(times[inside])[0]
-            t, z = float(found.t[-1]), found.y[:, -1].copy()
-            if found.status == 1:
-                which = next(k for k, hits in enumerate(found.t_events) if hits.size)
-                x, now, after = -z[0], self.mode, ends[which][1]
-                if after == "between":
-                    self.start = x - self.N(x) / 2e6
-                    z[1] = 0.0
-                self.mode, self.events = after, self.events + 1
-                assert now != after
-        return out
+        def turn(t: float, z: np.ndarray) -> tuple[str, float]:
+            z[1] = 0.0
+            return "between", -z[0] - N(-z[0], mode) / 2e6
+
+        def to(place: float, piece: str, way: float) -> Event:
+            return (lambda t, z, *_: way * (place + z[0])), (piece, 0.0)
+
+        def meet(side: str, way: float) -> Event:
+            """Where the stiff line meets a branch."""
+            lines = [PIECES[f"{side} {k}"] for k in (1, 2)]
+            low, high = ((2e6 * start + f - k * at) / (2e6 - k) for at, f, k in lines)
+            return to(low, f"{side} 1", way) if low < 0.1 else to(high, f"{side} 2", way)
+
+        deepest, highest = (lambda t, z, *_: -z[1], turn), (lambda t, z, *_: z[1], turn)
+        return {
+            "open": [to(0.0, "load 1", 1.0)],
+            "load 1": [to(0.1, "load 2", 1.0), deepest],
+            "load 2": [deepest],
+            "back 2": [to(0.1, "back 1", -1.0), highest],
+            "back 1": [to(0.0, "open", -1.0), highest],
+            "between": [meet("load", 1.0), meet("back", -1.0)],
+        }[piece]
+
+    found = integrate(rates, ends, ("open", 0.0), [0.3, 0.0], times, atol=1e-15)
+    return found.states[:, 0], len(found.events)
 
 
 def test_a_mass_on_a_landing_is_that_of_dop853_at_order_4(validated):
     times = np.arange(0.0, 3.0001, 0.05)
-    exact = Exact()
-    expected, steps = exact.at(times, [0.3, 0.0]), np.array([0.01, 0.005, 0.0025])
+    expected, events = fall_exactly(times)
+    steps = np.array([0.01, 0.005, 0.0025])
     runs = [hs.simulate(with_step(dropped(), step)) for step in steps]
     errors = np.array([np.abs(heave(run) - expected).max() for run in runs])
     assert np.all(observed_orders(steps, errors) > 3.8)
-    assert {run.attrs["solver_events"] for run in runs} == {exact.events}
+    assert {run.attrs["solver_events"] for run in runs} == {events}
     fine = hs.simulate(with_step(dropped(), 5e-4))
     error = np.abs(heave(fine) - expected).max()
     claim = "mass that falls on a landing with a loop, 3 s [m]"
@@ -153,7 +115,7 @@ def test_a_mass_on_a_landing_is_that_of_dop853_at_order_4(validated):
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.DOPRI5, Method.ESDIRK4])
 def test_every_method_finds_the_same(method):
     times = np.arange(0.0, 3.0001, 0.05)
-    expected = Exact().at(times, [0.3, 0.0])
+    expected, _ = fall_exactly(times)
     run = hs.simulate(with_step(dropped(), 1e-3, method=method))
     assert np.abs(heave(run) - expected).max() < (1e-4 if "rk2 heun".find(method) >= 0 else 1e-6)
 
@@ -175,28 +137,30 @@ def test_the_loss_is_the_area_of_the_loop():
 
 @pytest.mark.parametrize("top", [0.12, 0.145, 0.165])
 def test_a_quasi_static_loop_loses_its_area(top):
-    """Pressed to ``top`` and let go, by the law alone: what is booked where a branch ends and
-    begins is the area between the branches, to rounding."""
+    """Pressed to ``top`` and let go, by the law alone: the area between the branches is booked."""
     point, segments = point_of(LOOP)
     f, line, back = (0, 1), point.line, (point.last + 1, point.back)
-    at = find_segment(*f, segments, top)
-    N = curve_force(segments[at], top)
-    start = reload_start(N, top, point, segments)
-    lost = branch_loss(at, top, point, segments) - branch_loss(0, 0.0, point, segments)
-    low, high = reload_ends(start, point, segments)
-    assert high == pytest.approx(top, rel=1e-14)
-    assert segments[line].slope * (low - start) == pytest.approx(
-        curve_force(segments[find_segment(*back, segments, low)], low), rel=1e-12
+    at = curves.find_segment(*f, segments, top)
+    N = curves.curve_force(segments[at], top)
+    start = curves.reload_start(N, top, point, segments)
+    lost = curves.branch_loss(at, top, point, segments) - curves.branch_loss(
+        0, 0.0, point, segments
     )
+    low, high = curves.reload_ends(start, point, segments)
+    assert high == pytest.approx(top, rel=1e-14)
+    unloading = curves.curve_force(segments[curves.find_segment(*back, segments, low)], low)
+    assert segments[line].slope * (low - start) == pytest.approx(unloading, rel=1e-12)
     assert lost == pytest.approx(area(top), rel=1e-12)
     # a second loop inside the first: back on the line, to f again, on to another top
     higher = top + 0.03
-    k = find_segment(*f, segments, higher)
-    again = branch_loss(k, higher, point, segments) - branch_loss(at, top, point, segments)
+    k = curves.find_segment(*f, segments, higher)
+    again = curves.branch_loss(k, higher, point, segments) - curves.branch_loss(
+        at, top, point, segments
+    )
     assert lost + again == pytest.approx(area(higher), rel=1e-12)
 
 
-def point_of(normal: NormalLoop) -> tuple[np.record, np.recarray]:
+def point_of(normal: hs.NormalLoop) -> tuple[np.record, np.recarray]:
     """A contact point with this curve, and its pieces, as kernels see them."""
     elements = hs.compile_scene(dropped(leg=leg(normal))).model.elements.fenders
     points, segments = (a.view(np.recarray) for a in (elements.points, elements.segments))
@@ -217,19 +181,17 @@ def area(top: float) -> float:
     high = 2e4 + 4e5 * (top - 0.1)
     start = top - high / 2e6
     low = (2e6 * start + 5e3 - 5.5e5 * 0.1) / (2e6 - 5.5e5)
-    corners = np.array(
-        [(0, 0), (0.1, 2e4), (top, high), (low, 2e6 * (low - start)), (0.1, 5e3)], float
-    )
-    x, N = corners.T
+    corners = [(0, 0), (0.1, 2e4), (top, high), (low, 2e6 * (low - start)), (0.1, 5e3)]
+    x, N = np.array(corners).T
     return 0.5 * abs(float(x @ np.roll(N, -1) - N @ np.roll(x, -1)))
 
 
 LAWS = {
-    "none": Frictionless(),
-    "stick-slip": StickSlip(0.3, 0.2, 1e6, 2e3),
-    "rate-free": StickSlip(0.3, 0.2, 1e6, 0.0),
-    "coulomb": Coulomb(0.3, 0.2),
-    "slope": FrictionSlope(0.25, 1e5),
+    "none": hs.Frictionless(),
+    "stick-slip": hs.StickSlip(0.3, 0.2, 1e6, 2e3),
+    "rate-free": hs.StickSlip(0.3, 0.2, 1e6, 0.0),
+    "coulomb": hs.Coulomb(0.3, 0.2),
+    "slope": hs.FrictionSlope(0.25, 1e5),
 }
 
 
@@ -259,10 +221,9 @@ def test_a_horizontal_landing_is_a_vertical_one_that_is_turned(law):
     ahead = block(MASS, dofs, position=moving(surge=0.1), velocity=moving(heave=-0.5))
     legs = leg(friction=LAWS[law]), leg(friction=LAWS[law], axis=(1.0, 0.0, 0.0))
     pulls = steady(heave=-WEIGHT), steady(surge=-WEIGHT)
-    runs = [
-        hs.simulate(scene(body, {"leg": foot, "pull": pull}, 1.0, 0.02, step=1e-3))
-        for body, foot, pull in zip((up, ahead), legs, pulls, strict=True)
-    ]
+    runs = []
+    for body, foot, pull in zip((up, ahead), legs, pulls, strict=True):
+        runs.append(hs.simulate(scene(body, {"leg": foot, "pull": pull}, 1.0, 0.02, step=1e-3)))
     vertical, horizontal = (run.position.values[:, 0] for run in runs)
     assert horizontal[:, 0] == pytest.approx(vertical[:, 2], abs=1e-9)
     assert -horizontal[:, 2] == pytest.approx(vertical[:, 0], abs=1e-9)
@@ -277,9 +238,9 @@ def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts
     force = {"heave": Harmonic(-F, 2 * np.pi / w, phase=0.5 * np.pi)}
     seat = np.array([[0.0, 0.0, -gap]])
     forces = {
-        "leg": leg(NormalCurve(np.array([0.0, 1.0]), np.array([0.0, kc])), seats=seat),
-        "spring": LinearMooring("block", k * np.eye(6), c * np.eye(6)),
-        "drive": AppliedForce("block", (0.0, 0.0, 0.0), force),
+        "leg": leg(straight_curve(kc), seats=seat),
+        "spring": hs.LinearMooring("block", k * np.eye(6), c * np.eye(6)),
+        "drive": central_force(**force),
     }
     period = 2 * np.pi / w
     duration = 101 * period
@@ -331,8 +292,8 @@ def pushed(amplitude: float, **changes: object) -> Scene:
     forces = {
         "leg": leg(),
         "weight": steady(heave=-WEIGHT),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), force),
-        "damping": LinearDamping("block", 5e3 * np.eye(6)),
+        "push": central_force(**force),
+        "damping": hs.LinearDamping("block", 5e3 * np.eye(6)),
     }
     body = block(MASS, ("heave",), position=moving(heave=-WEIGHT / 2e5))
     return scene(body, forces, 60.0, 0.05, step=0.005, **changes)
@@ -359,32 +320,24 @@ def test_a_weight_on_a_landing_in_waves_smaller_than_the_loop_makes_no_events_fo
 
 def test_a_restart_in_the_midst_of_a_loop_is_the_run_to_the_bit(tmp_path):
     whole = replace(dropped(2.0), output_states=True)
-    run = hs.simulate(whole)
-    for time in (0.35, 0.4, 1.0, 1.3):  # as it is pressed, between, in the air, between
-        rest = replace(whole, initial=Start(run, time), duration=2.0 - time)
-        again, there = hs.simulate(rest), run.sel(time=slice(time - 1e-9, None))
-        assert heave(again)[-1] == heave(there)[-1]
-        for name in ("fender_normal_force", "fender_dissipated", "fender_closings"):
-            assert np.array_equal(again[name].values[-1], there[name].values[-1])
+    names = ("position", "fender_normal_force", "fender_dissipated", "fender_closings")
+    pressed, between, flying, later = 0.35, 0.4, 1.0, 1.3
+    assert_continues(whole, hs.simulate(whole), (pressed, between, flying, later), *names)
 
 
 def two_legs(y: tuple[float, float], **position: float) -> Scene:
     """A body that may roll, on a leg at each side."""
-    body = block(
-        MASS, ("sway", "heave", "roll"), inertia=MASS * np.eye(3), position=moving(**position)
-    )
+    dofs, inertia = ("sway", "heave", "roll"), MASS * np.eye(3)
+    body = block(MASS, dofs, inertia=inertia, position=moving(**position))
     places = np.array([[0.0, y[0], 0.0], [0.0, y[1], 0.0]])
+    sway = mooring(sway=1e4, roll=1e4)
     legs = leg(points=places, seats=places)
-    forces = {"legs": legs, "weight": steady(heave=-WEIGHT), "sway": LinearMooring("block", SWAY)}
+    forces = {"legs": legs, "weight": steady(heave=-WEIGHT), "sway": sway}
     return scene(body, forces, 2.0, 0.05, step=0.005)
 
 
-SWAY = np.diag([0.0, 1e4, 0.0, 1e4, 0.0, 0.0])
-
-
 def test_symmetry_sees_legs_and_what_they_remember():
-    """In its plane, the body comes down as in all its degrees of freedom; where one leg is pressed
-    deeper at the start it is not in its plane."""
+    """It comes down in its plane as in all degrees of freedom, unless one leg starts deeper."""
     scenes = two_legs((2.0, -2.0), heave=0.1), two_legs((2.0, -1.9), heave=0.1)
     fell, beside = (hs.simulate(scene) for scene in scenes)
     free = hs.simulate(with_step(scenes[0], 0.005, symmetry=Symmetry.IGNORE))
@@ -394,18 +347,22 @@ def test_symmetry_sees_legs_and_what_they_remember():
     model, state = hs.compile_scene(two_legs((2.0, -2.0), heave=-0.05))
     fenders = model.elements.fenders
     assert fender.is_mirrored(fenders, state.y, state.modes)
-    fender.memory_states(fenders, state.y)[0, BRANCH_START] += 1e-3
+    fender.memory_states(fenders, state.y)[0, curves.BRANCH_START] += 1e-3
     assert not fender.is_mirrored(fenders, state.y, state.modes)
 
 
 DECK = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
 
 
+def on_deck(law: object, edge: tuple[tuple[float, ...], ...] = DECK) -> hs.Fender:
+    curve = straight_curve(1e6)
+    plane = hs.Plane((0, 0, 0), (0, 0, 1), None, edge)
+    return hs.Fender("block", np.zeros((1, 3)), plane, curve, law)
+
+
 def sliding(step: float = 0.001, **velocity: float) -> Scene:
     """A block that slides over a deck to its edge, pressed by its weight, and falls."""
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
-    law = StickSlip(0.1, 0.05, 1e6, 2e3)
-    foot = Fender("block", np.zeros((1, 3)), Plane((0, 0, 0), (0, 0, 1), None, DECK), curve, law)
+    foot = on_deck(hs.StickSlip(0.1, 0.05, 1e6, 2e3))
     forces = {"deck": foot, "weight": steady(heave=-WEIGHT)}
     start = moving(heave=-WEIGHT / 1e6)
     body = block(MASS, ("surge", "sway", "heave"), position=start, velocity=moving(**velocity))
@@ -425,19 +382,13 @@ def test_a_block_leaves_a_deck_at_its_edge_and_what_was_stored_is_booked():
     lost = run.fender_dissipated.values[:, 0]
     over = int(np.flatnonzero(run.fender_mode.values[:, 0] == OPEN)[0])
     assert lost[over] - lost[over - 1] > stored
-    assert (
-        run.fender_normal_force.values[over:].max() == 0.0
-    )  # it falls past the deck, and stays out
+    assert run.fender_normal_force.values[over:].max() == 0.0  # it stays out, past the deck
 
 
 def test_what_comes_up_beside_a_deck_does_not_touch_it():
     """Thrown up from below, beside the edge, in over it and down: it lands."""
-    body = block(
-        MASS,
-        ("surge", "heave"),
-        position=moving(surge=1.5, heave=-0.5),
-        velocity=moving(surge=-0.8, heave=5.0),
-    )
+    start = {"position": moving(surge=1.5, heave=-0.5), "velocity": moving(surge=-0.8, heave=5.0)}
+    body = block(MASS, ("surge", "heave"), **start)
     below = sliding()
     up = hs.simulate(replace(below, bodies=(body,)))
     first = int(np.flatnonzero(up.fender_mode.values[:, 0] != OPEN)[0])
@@ -453,16 +404,7 @@ def test_what_comes_up_beside_a_deck_does_not_touch_it():
     [
         (leg(replace(LOOP, unloading_force=np.array([0.0, 2.1e4, 6e4]))), "at most that;"),
         (leg(replace(LOOP, stiffness=4e5)), "found 400000 N/m, and slopes up to 550000"),
-        (
-            Fender(
-                "block",
-                np.zeros((1, 3)),
-                Plane((0, 0, 0), (0, 0, 1), None, (*DECK, (-0.5, 0.0, 0.0))),
-                NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
-                Frictionless(),
-            ),
-            "no convex polygon",
-        ),
+        (on_deck(hs.Frictionless(), (*DECK, (-0.5, 0.0, 0.0))), "no convex polygon"),
     ],
 )
 def test_what_is_no_loop_and_no_polygon_is_refused(element, found):
@@ -488,9 +430,7 @@ def beside(off: float, fall: float = 0.6, **changes: object) -> Scene:
         (0.4, {"extent": 0.3}, False),
     ],
 )
-def test_a_seat_carries_as_far_as_it_reaches(
-    off: float, changes: dict[str, object], carried: bool
-) -> None:
+def test_a_seat_carries_as_far_as_it_reaches(off, changes, carried):
     run = hs.simulate(beside(off, **changes))
     pressed = run.fender_normal_force.sel(fender="leg 1")
     assert (float(pressed.max()) > WEIGHT) == carried
@@ -516,12 +456,11 @@ def test_a_block_beside_a_seat_falls_as_if_there_were_none() -> None:
 
 def test_a_block_that_slides_off_its_seat_falls_at_its_edge() -> None:
     """Without friction it goes on at its speed: 1 m at 2 m/s, from the start at the middle."""
-    start = block(
-        MASS, ("surge", "heave"), position=moving(heave=-WEIGHT / 2e5), velocity=moving(surge=2.0)
-    )
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e5]))
+    start = {"position": moving(heave=-WEIGHT / 2e5), "velocity": moving(surge=2.0)}
+    body = block(MASS, ("surge", "heave"), **start)
+    curve = straight_curve(2e5)
     forces = {"leg": leg(curve, extent=1.0), "weight": steady(heave=-WEIGHT)}
-    run = hs.simulate(scene(start, forces, 1.0, 0.01, step=0.005))
+    run = hs.simulate(scene(body, forces, 1.0, 0.01, step=0.005))
     t = run.time.values
     fall = np.where(t > 0.5, 4.905 * (t - 0.5) ** 2, 0.0)
     assert heave(run) == pytest.approx(-WEIGHT / 2e5 - fall, abs=1e-7)

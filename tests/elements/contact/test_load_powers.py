@@ -4,58 +4,38 @@ Nothing here knows the kernels' formulas: work is integrated from what the run r
 independent integration states the traction S itself, S' = K2 v + S min(K2', 0) / K2.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from scenes import FLOOR, block, moving, observed_orders, scene, surge, with_step
+import scenes
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Harmonic,
-    LinearMooring,
-    LoadPowers,
-    NormalCurve,
-    PrescribedNormal,
-    StickSlip,
-)
+from hydrosim.elements import Harmonic
 from hydrosim.errors import InputError
-from hydrosim.scene import Scene
 
-Figure = Callable[[str, float], None]
 OPEN, STICK, SLIP = range(3)
 LOAD, SWING, K, C2 = 1e3, 900.0, 2e3, 20.0
 E = 1e-3  # of x without load
 
 
-def driven(law: StickSlip, lag: float, step: float = 0.01, grip: float = 1.0) -> Scene:
+def driven(law: hs.StickSlip, lag: float, step: float = 0.01, grip: float = 1.0) -> hs.Scene:
     """A block whose shear and normal force swing with a lag between them."""
-    push = AppliedForce("block", (0, 0, 0), {"surge": Harmonic(grip * 100.0, 2.0)})
-    normal = PrescribedNormal(Harmonic(SWING, 2.0, mean=LOAD, phase=lag))
+    push = scenes.central_force(surge=Harmonic(grip * 100.0, 2.0))
+    normal = hs.PrescribedNormal(Harmonic(SWING, 2.0, mean=LOAD, phase=lag))
     only_surge = np.diag([1.0, 0, 0, 0, 0, 0])
-    forces = {
-        "push": push,
-        "spring": LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge),
-        "fender": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
-    }
-    return scene(block(1.0, ("surge",)), forces, 12.0, 0.1, step=step)
+    spring = hs.LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge)
+    forces = {"push": push, "spring": spring, "fender": scenes.foot(normal, law)}
+    return scenes.scene(scenes.block(1.0, ("surge",)), forces, 12.0, 0.1, step=step)
 
 
-def held(power: float) -> StickSlip:
+def held(power: float) -> hs.StickSlip:
     """Never slips."""
-    return StickSlip(50.0, 50.0, K, 0.0, 1.0, LoadPowers(LOAD, power))
+    return hs.StickSlip(50.0, 50.0, K, 0.0, 1.0, hs.LoadPowers(LOAD, power))
 
 
 @pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
 @pytest.mark.parametrize("lag", [0.0, 1.0, 2.0, 3.5, 5.0])
-def test_a_loop_in_shear_and_load_never_makes_energy(
-    power: float, lag: float, figure: Figure
-) -> None:
+def test_a_loop_in_shear_and_load_never_makes_energy(power, lag, figure):
     """Over any closed loop of shear and normal force the spring takes work, S v, and gives none;
     a spring with S = K2(N) u, not incremental, would give some at one lag or its opposite."""
     run = hs.simulate(driven(held(power), lag, step=0.0025))
@@ -71,7 +51,7 @@ def test_a_loop_in_shear_and_load_never_makes_energy(
 
 
 @pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
-def test_against_an_independent_integration(power: float, figure: Figure) -> None:
+def test_against_an_independent_integration(power: float, figure) -> None:
     lag, w = 1.0, np.pi
 
     def rates(t: float, y: np.ndarray) -> list[float]:
@@ -93,37 +73,33 @@ def test_against_an_independent_integration(power: float, figure: Figure) -> Non
         y, t = piece[-1], stop
     whole = np.concatenate(exact)
     steps = np.array([0.005, 0.0025])
-    runs = [hs.simulate(with_step(driven(held(power), lag), step)) for step in steps]
-    error = np.array([np.abs(surge(run) - whole[:, 0]).max() for run in runs])
-    figure("order", observed_orders(steps, error)[0])
+    runs = [hs.simulate(scenes.with_step(driven(held(power), lag), step)) for step in steps]
+    error = np.array([np.abs(scenes.surge(run) - whole[:, 0]).max() for run in runs])
+    figure("order", scenes.observed_orders(steps, error)[0])
     figure("error over the range", error[-1] / np.ptp(whole[:, 0]))
     assert error[-1] <= 1e-6 * np.ptp(whole[:, 0])
-    assert observed_orders(steps, error)[0] > 3.7
+    assert scenes.observed_orders(steps, error)[0] > 3.7
     friction = runs[-1].fender_friction.values[:, 0, 0]
     assert np.abs(friction + whole[:, 2]).max() <= 1e-5 * np.ptp(whole[:, 2])
 
 
 LAWS = {
-    "with damping": StickSlip(0.3, 0.2, K, C2, 5.0, LoadPowers(LOAD, 0.5, 0.25, 0.0)),
-    "damping as the stiffness": StickSlip(0.3, 0.2, K, C2, 0.0, LoadPowers(LOAD, 1.0, 1.0)),
+    "with damping": hs.StickSlip(0.3, 0.2, K, C2, 5.0, hs.LoadPowers(LOAD, 0.5, 0.25, 0.0)),
+    "damping as the stiffness": hs.StickSlip(0.3, 0.2, K, C2, 0.0, hs.LoadPowers(LOAD, 1.0, 1.0)),
 }
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_slip_and_lift_off(name: str, figure: Figure) -> None:
-    """A block that bounces while it is pushed: modes change, the ledger closes, traction stays
-    inside its bound and dissipation only grows."""
+def test_slip_and_lift_off(name: str, figure) -> None:
+    """A pushed block that bounces: ledger, bound of traction, growing dissipation."""
     law = LAWS[name]
-    body = block(1.0, ("surge", "heave"), position=moving(heave=0.01))
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e3]))
+    body = scenes.block(1.0, ("surge", "heave"), position=scenes.moving(heave=0.01))
+    curve = scenes.straight_curve(4e3)
     push = {"surge": Harmonic(5.0, 1.7), "heave": Harmonic(14.0, 1.1, mean=-9.81)}
-    forces = {
-        "push": AppliedForce("block", (0, 0, 0), push),
-        "fender": Fender("block", np.zeros((1, 3)), FLOOR, curve, law),
-    }
-    runs = [
-        hs.simulate(scene(body, forces, 8.0, 0.02, step=step)) for step in (0.01, 0.005, 0.0025)
-    ]
+    fender = scenes.foot(curve, law)
+    forces = {"push": scenes.central_force(**push), "fender": fender}
+    steps = (0.01, 0.005, 0.0025)
+    runs = [hs.simulate(scenes.scene(body, forces, 8.0, 0.02, step=step)) for step in steps]
     fine = runs[-1]
     assert len({*np.unique(fine.fender_mode.values)} - {OPEN}) >= 1
     assert np.any(fine.fender_mode.values == OPEN)
@@ -140,14 +116,16 @@ def test_slip_and_lift_off(name: str, figure: Figure) -> None:
 
 
 def test_without_powers_it_is_the_same_law() -> None:
-    plain = StickSlip(0.3, 0.2, K, C2, 5.0)
-    powers = StickSlip(0.3, 0.2, K, C2, 5.0, LoadPowers(LOAD, 0.0))
+    plain = hs.StickSlip(0.3, 0.2, K, C2, 5.0)
+    powers = hs.StickSlip(0.3, 0.2, K, C2, 5.0, hs.LoadPowers(LOAD, 0.0))
     runs = [hs.simulate(driven(law, 1.0, grip=4.0)) for law in (plain, powers)]
     assert {*np.unique(runs[0].fender_mode.values)} == {STICK, SLIP}
     # the load's turning points are events of one only: pieces differ, within the method's error
-    assert np.abs(surge(runs[0]) - surge(runs[1])).max() < 1e-6 * np.ptp(surge(runs[0]))
+    assert np.abs(scenes.surge(runs[0]) - scenes.surge(runs[1])).max() < 1e-6 * np.ptp(
+        scenes.surge(runs[0])
+    )
 
 
 def test_rate_free_friction_with_powers_is_refused() -> None:
     with pytest.raises(InputError, match=r"StickSlip: found load without damping and slip_damping"):
-        StickSlip(0.3, 0.2, K, 0.0, 0.0, LoadPowers(LOAD, 0.5))
+        hs.StickSlip(0.3, 0.2, K, 0.0, 0.0, hs.LoadPowers(LOAD, 0.5))

@@ -1,8 +1,5 @@
 """Blocks that are pressed on a floor and pushed along it, against `one_axis`."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -11,37 +8,24 @@ import pytest
 import xarray as xr
 from markers import few
 from one_axis import OPEN, SLIP, STICK, Block, Exact, integrate
-from scenes import FLOOR, block, moving, on_floor, scene, steady
+from scenes import block, foot, moving, on_floor, scene, steady, straight_curve
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+import hydrosim as hs
 from hydrosim import simulate
-from hydrosim.elements import (
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    NormalCurve,
-    PrescribedNormal,
-    Recorded,
-    StickSlip,
-    Table,
-)
+from hydrosim.elements import Harmonic, Recorded, Table
 from hydrosim.report.evidence import Feature, Kind
 
-Figure = Callable[[str, float], None]
 TIME = np.arange(0.0, 20.25, 0.25)
 STEPS = (0.005, 0.0025, 0.00125)
-LAWS = {
-    StickSlip: Feature.STICK_SLIP,
-    FrictionSlope: Feature.SLOPE,
-}
+LAWS = {hs.StickSlip: Feature.STICK_SLIP, hs.FrictionSlope: Feature.SLOPE}
 EXACT = 1e-7  # of the range of the motion, at the smallest step
-STEEL = StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip_damping=1e5)
+STEEL = hs.StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip_damping=1e5)
 
 
-def line(stiffness: float, damping: float = 0.0) -> NormalCurve:
-    return NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+def line(stiffness: float, damping: float = 0.0) -> hs.NormalCurve:
+    return straight_curve(stiffness, damping)
 
 
 def sine(amplitude: float, period: float, phase: float = 0.0) -> np.ndarray:
@@ -63,10 +47,10 @@ BLOCKS = {
     "static as kinetic": replace(BREATHING, friction=replace(STEEL, kinetic=0.2)),
     "on a spring": replace(BREATHING, push=0 * TIME, spring=(1e6, 0.0), start=(1, 0, -0.1, 0.2)),
     "friction slope": replace(
-        BREATHING, friction=FrictionSlope(0.15, 2e6), spring=(4e5, 0.0), start=(0, 0, -0.1, 0.2)
+        BREATHING, friction=hs.FrictionSlope(0.15, 2e6), spring=(4e5, 0.0), start=(0, 0, -0.1, 0.2)
     ),
     "the base case's four fenders": Block(
-        *(1.7e8, line(392.4e6), StickSlip(0.2, 0.1, 5.6e8, 3.3e7, 1e6), TIME, sine(9e6, 7.6)),
+        *(1.7e8, line(392.4e6), hs.StickSlip(0.2, 0.1, 5.6e8, 3.3e7, 1e6), TIME, sine(9e6, 7.6)),
         press=-3.5e7 + sine(8e6, 8.3, 1.0),
         spring=(1.57e6, 1.32e8),
         start=(0, 0, -0.06, 0),
@@ -76,21 +60,15 @@ PULSES = Harmonic(3e6, 4.7, mean=1e6, phase=0.4)
 TABLED = Table(TIME[::8], 1e6 + 3e6 * np.sin(TIME[::8]))
 RECORDED = Recorded(TIME, 1e6 + 3e6 * np.sin(2 * np.pi * TIME / 4.7 + 0.4))
 PRESCRIBED = replace(STEADY, press=0 * TIME, spring=(2e5, 1e8), start=(0, 0, 0.5, 0))
-BLOCKS |= {
-    f"prescribed, {name}": replace(PRESCRIBED, curve=PrescribedNormal(force), friction=law)
-    for name, force, law in (
-        ("a sine", PULSES, STEEL),
-        ("a sine, friction slope", PULSES, FrictionSlope(0.15, 2e6)),
-        ("a table", TABLED, STEEL),
-        ("a record", RECORDED, STEEL),
-    )
-}
-KNEES = NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
-FALLING = Block(
-    *(1e4, KNEES, Frictionless(), TIME, 0 * TIME, np.full(TIME.size, -9.81e4)),
-    start=(0, 0, 0.6, 0),
-    duration=4.0,
-)
+for name, force, law in (
+    *(("a sine", PULSES, STEEL), ("a sine, friction slope", PULSES, hs.FrictionSlope(0.15, 2e6))),
+    *(("a table", TABLED, STEEL), ("a record", RECORDED, STEEL)),
+):
+    curve = hs.PrescribedNormal(force)
+    BLOCKS[f"prescribed, {name}"] = replace(PRESCRIBED, curve=curve, friction=law)
+KNEES = hs.NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
+LOADS = (TIME, 0 * TIME, np.full(TIME.size, -9.81e4))
+FALLING = Block(1e4, KNEES, hs.Frictionless(), *LOADS, start=(0, 0, 0.6, 0), duration=4.0)
 
 
 @lru_cache
@@ -116,9 +94,7 @@ def order(errors: list[float]) -> float:
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", BLOCKS)
-def test_motion_is_that_of_an_independent_integration(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_motion_is_that_of_an_independent_integration(name, figure, validated):
     """To 1e-7 of its range, at order 4, with the same modes and the same number of events."""
     runs = [simulate(BLOCKS[name].scene(step)) for step in STEPS]
     errors = [error(run, exact(name)) for run in runs]
@@ -135,7 +111,7 @@ def test_motion_is_that_of_an_independent_integration(
 
 
 @pytest.mark.parametrize("name", ["steady normal force", "bouncing", "on a spring"])
-def test_without_events_every_method_falls_to_low_order(name: str, figure: Figure) -> None:
+def test_without_events_every_method_falls_to_low_order(name: str, figure) -> None:
     steps = [0.05 / 2**i for i in range(5)]
     errors = [error(simulate(BLOCKS[name].scene(h, events=False)), exact(name)) for h in steps]
     figure("order without events", order(errors))
@@ -145,7 +121,7 @@ def test_without_events_every_method_falls_to_low_order(name: str, figure: Figur
     assert errors[-1] >= 100 * cut
 
 
-def test_curve_with_corners(figure: Figure, validated: Callable[..., None]) -> None:
+def test_curve_with_corners(figure, validated) -> None:
     """A body bounces through all pieces of its curve: order 4, its energy conserved."""
     reference = integrate(FALLING, output_times(FALLING))
     runs = [simulate(FALLING.scene(step)) for step in (0.004, 0.002, 0.001)]
@@ -174,7 +150,7 @@ def one_dimensional(k: int) -> Block:
     topside, in every third set so fast and hard that contact opens and closes every second."""
     rng, time, fast = np.random.default_rng(k), 0.25 * np.arange(41), k % 3 == 1
     K2 = 5.6e6 * 100.0 ** rng.uniform()
-    law = StickSlip(*PAIRS[k % 5], K2, 0.05 * 2 * np.sqrt(K2 * MASS), SLIP_DAMPING[k % 4])
+    law = hs.StickSlip(*PAIRS[k % 5], K2, 0.05 * 2 * np.sqrt(K2 * MASS), SLIP_DAMPING[k % 4])
     contact, N = 392.4e6, rng.uniform(1e7, 4e7)
 
     def waves(amplitude: float, period: float) -> np.ndarray:
@@ -183,18 +159,14 @@ def one_dimensional(k: int) -> Block:
     push = sum(waves(law.static * N * rng.uniform(0.8, 2.0), rng.uniform(3, 9)) for _ in range(2))
     press = waves(rng.uniform(0.2, 1.2) * N, rng.uniform(3, 9))
     press += 5e8 * np.cos(2 * np.pi * time) if fast else 0.0
-    return Block(
-        *(MASS, line(contact), law, time, np.asarray(push), press - N),
-        spring=(392.4e3, 1.32e8),
-        start=(0.0, rng.uniform(-0.1, 0.1), -N / 5.244e8, rng.uniform(-0.1, 0.1)),
-        duration=10.0,
-    )
+    speeds = rng.uniform(-0.1, 0.1, 2)
+    start = {"spring": (392.4e3, 1.32e8), "start": (0.0, speeds[0], -N / 5.244e8, speeds[1])}
+    loads = (time, np.asarray(push), press - N)
+    return Block(MASS, line(contact), law, *loads, **start, duration=10.0)
 
 
 @pytest.mark.parametrize("k", few(range(20), 6))
-def test_one_dimensional_model_with_random_parameters(
-    k: int, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_one_dimensional_model_with_random_parameters(k, figure, validated):
     """To 1e-7 of the range at 0.01 s. The same sequence of modes: as many changes, and the same
     mode every 0.01 s (but where a change is at the very sample)."""
     block = one_dimensional(k)
@@ -215,12 +187,12 @@ def stretch(run: xr.Dataset) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "name", [n for n, b in BLOCKS.items() if isinstance(b.friction, StickSlip)]
+    "name", [n for n, b in BLOCKS.items() if isinstance(b.friction, hs.StickSlip)]
 )
 def test_traction_of_stick_slip(name: str) -> None:
     """At most mu_s N in stick, mu_k N + C3 |v2| in slip, none when open."""
     law, run = BLOCKS[name].friction, simulate(BLOCKS[name].scene(0.01))
-    assert isinstance(law, StickSlip)
+    assert isinstance(law, hs.StickSlip)
     size = np.linalg.norm(run.fender_friction.values[:, 0], axis=1)
     N, mode = run.fender_normal_force.values[:, 0], run.fender_mode.values[:, 0]
     T = law.stiffness * stretch(run) + law.damping * run.velocity.values[:, 0, 0]
@@ -236,15 +208,9 @@ def test_traction_of_stick_slip(name: str) -> None:
 
 def test_an_open_node_springs_back() -> None:
     """Once the block is lifted off, the stretch decays as exp(-K2 t / C2)."""
-    lifted = replace(
-        STEADY,
-        time=np.array([0.0, 20.0]),
-        push=np.full(2, 1.5e5),
-        press=np.full(2, 5e4),
-        start=(0, 0, -1e-3, 0),
-        friction=replace(STEEL, damping=7e6),
-        duration=4.0,
-    )
+    loads = {"time": np.array([0.0, 20.0]), "push": np.full(2, 1.5e5), "press": np.full(2, 5e4)}
+    start = {"start": (0, 0, -1e-3, 0), "friction": replace(STEEL, damping=7e6)}
+    lifted = replace(STEADY, **loads, **start, duration=4.0)
     run = simulate(lifted.scene(0.01, output_step=0.05))
     open_ = np.flatnonzero(run.fender_mode.values[:, 0] == OPEN)
     s, t = stretch(run)[open_], run.time.values[open_]
@@ -252,16 +218,12 @@ def test_an_open_node_springs_back() -> None:
     np.testing.assert_allclose(s[:40], s[0] * np.exp(-2.0 * (t[:40] - t[0])), rtol=1e-7)
 
 
-def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure: Figure) -> None:
+def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure) -> None:
     """mu_k N along the node's path, and C2 |s'|^2 + C3 |v2|^2 apart; path and velocities are taken
     from the recorded motion by splines."""
-    N, law = 2e5, StickSlip(0.3, 0.2, 2e6, 1e5, 2e4)
-    body = block(
-        1e5,
-        ("surge", "sway", "heave"),
-        position=moving(heave=-0.02),
-        velocity=moving(surge=5.0, sway=1.0),
-    )
+    N, law = 2e5, hs.StickSlip(0.3, 0.2, 2e6, 1e5, 2e4)
+    start = {"position": moving(heave=-0.02), "velocity": moving(surge=5.0, sway=1.0)}
+    body = block(1e5, ("surge", "sway", "heave"), **start)
     wind = steady(heave=-N, sway=2e4)
     run = simulate(scene(body, {"wind": wind, "fender": on_floor(1e7, law)}, 2.0, 0.01, step=0.005))
     sliding = run.fender_mode.values[:, 0] == SLIP
@@ -282,7 +244,7 @@ def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure: Figure) 
     assert np.ptp(np.arctan2(*node(fine, 1).T)) > 0.05  # the path is curved
 
 
-def test_normal_damping(figure: Figure) -> None:
+def test_normal_damping(figure) -> None:
     """One impact of a mass on a spring and damper, which lets go where N = 0 (not at delta = 0)."""
     m, k, c, speed = 1e3, 1e6, 1.2e4, 2.0
     n, w = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
@@ -295,7 +257,7 @@ def test_normal_damping(figure: Figure) -> None:
 
     let_go = brentq(force, 0.5 * np.pi / w, np.pi / w, xtol=1e-14)
     body = block(m, ("heave",), position=moving(heave=speed * 0.05), velocity=moving(heave=-speed))
-    floor = Fender("block", np.zeros((1, 3)), FLOOR, line(k, c), Frictionless())
+    floor = foot(line(k, c), hs.Frictionless())
     runs = [simulate(scene(body, {"floor": floor}, 0.4, 0.1, step=h)) for h in (0.002, 0.001)]
     errors = [abs(-rate(let_go) - run.velocity.values[-1, 0, 2]) for run in runs]
     figure("speed afterwards", -rate(let_go))
@@ -306,14 +268,14 @@ def test_normal_damping(figure: Figure) -> None:
     assert all(run.solver_events == 2 for run in runs)
 
 
-def test_without_rates_a_prescribed_normal_force_is_felt_at_once(figure: Figure) -> None:
+def test_without_rates_a_prescribed_normal_force_is_felt_at_once(figure) -> None:
     """C2 = C3 = 0: in slip the friction is mu_k N(t) at any instant, so a sliding block loses
     mu_k N / m of its speed per second; between the corners of N, where steps end, its speed is a
     parabola and its place a cubic."""
-    m, v, law = 1e5, 9.0, StickSlip(0.3, 0.2, 2e7, 0.0)
+    m, v, law = 1e5, 9.0, hs.StickSlip(0.3, 0.2, 2e7, 0.0)
     time, N = np.array([0.0, 0.33, 0.7, 1.24, 2.0]), np.array([1e5, 9e5, 2e5, 2e5, 1.5e6])
     body = block(m, ("surge",), velocity=moving(surge=v))
-    pad = Fender("block", np.zeros((1, 3)), FLOOR, PrescribedNormal(Table(time, N)), law)
+    pad = foot(hs.PrescribedNormal(Table(time, N)), law)
     run = simulate(scene(body, {"pad": pad}, 2.0, 0.1, step=0.1))
     sliding = run.time.values > 0.1
     assert (run.fender_mode.values[sliding] == SLIP).all()

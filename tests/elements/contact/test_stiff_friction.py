@@ -1,42 +1,28 @@
 """Steep friction slopes and stiff steel with the implicit method at large steps."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import FLOOR, block, heave, moving, on_floor, scene, steady, surge
+import scenes
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    NormalCurve,
-    PrescribedNormal,
-    constant,
-)
+from hydrosim.elements import Harmonic, constant
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Method, Scene, Tolerance
 
-Figure = Callable[[str, float], None]
 MASS, GRIP, PUSH, PERIOD = 1.945e8, 2e5, 4e5, 100.0
 
 
 def sliding(slope: float, step: float, method: Method = Method.ESDIRK4) -> Scene:
     """A block of the barge's mass, pushed to and fro on a friction slope."""
-    normal = PrescribedNormal(constant(GRIP / 0.2))
-    forces = {
-        "push": AppliedForce("block", (0, 0, 0), {"surge": Harmonic(PUSH, PERIOD)}),
-        "floor": Fender("block", np.zeros((1, 3)), FLOOR, normal, FrictionSlope(0.2, slope)),
-    }
-    return scene(block(MASS, ("surge",)), forces, 200.0, 1.0, step=step, method=method)
+    normal = hs.PrescribedNormal(constant(GRIP / 0.2))
+    floor = scenes.foot(normal, hs.FrictionSlope(0.2, slope))
+    forces = {"push": scenes.central_force(surge=Harmonic(PUSH, PERIOD)), "floor": floor}
+    return scenes.scene(
+        scenes.block(MASS, ("surge",)), forces, 200.0, 1.0, step=step, method=method
+    )
 
 
 def exact(slope: float, times: np.ndarray) -> np.ndarray:
@@ -51,13 +37,11 @@ def exact(slope: float, times: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("slope", [1e8, 1e10, 1e12])
-def test_steep_slopes_at_a_tenth_of_a_second(
-    slope: float, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_steep_slopes_at_a_tenth_of_a_second(slope, figure, validated):
     """h b / m reaches 500: no oscillation, and the creep v = F / b of stick is there."""
     run = hs.simulate(sliding(slope, 0.1))
     wanted = exact(slope, run.time.values)
-    error = np.abs(surge(run) - wanted[:, 0]).max() / np.ptp(wanted[:, 0])
+    error = np.abs(scenes.surge(run) - wanted[:, 0]).max() / np.ptp(wanted[:, 0])
     claim = "block under friction slopes up to 1e12 N s/m at 0.1 s, of its range"
     features = (Feature.SLOPE, Feature.IMPLICIT)
     # order 4 at slack slopes; stages of order 2 where h b / m is about 5
@@ -79,16 +63,16 @@ def test_an_explicit_method_oscillates_there() -> None:
 
 
 @pytest.mark.parametrize("stiffness", [1e10, 1e12])
-def test_stiff_steel_settles(stiffness: float, figure: Figure) -> None:
+def test_stiff_steel_settles(stiffness: float, figure) -> None:
     """A damped contact whose period is far below the step: it rests where weight meets spring."""
-    body = block(1e6, ("heave",), position=moving(heave=-2e7 / stiffness))
+    body = scenes.block(1e6, ("heave",), position=scenes.moving(heave=-2e7 / stiffness))
     forces = {
-        "weight": steady(heave=-1e7),
-        "floor": on_floor(stiffness, Frictionless()),
-        "damper": LinearMooring("block", np.zeros((6, 6)), np.diag([0, 0, 2e8, 0, 0, 0])),
+        "weight": scenes.steady(heave=-1e7),
+        "floor": scenes.on_floor(stiffness, hs.Frictionless()),
+        "damper": hs.LinearMooring("block", np.zeros((6, 6)), np.diag([0, 0, 2e8, 0, 0, 0])),
     }
-    run = hs.simulate(scene(body, forces, 5.0, 0.1, step=0.1, method=Method.ESDIRK4))
-    rest = np.abs(heave(run)[-10:] * stiffness / 1e7 + 1.0).max()
+    run = hs.simulate(scenes.scene(body, forces, 5.0, 0.1, step=0.1, method=Method.ESDIRK4))
+    rest = np.abs(scenes.heave(run)[-10:] * stiffness / 1e7 + 1.0).max()
     figure(f"off its rest at {stiffness:g}", rest)
     assert rest < 1e-6
 
@@ -98,18 +82,16 @@ LEGS = np.array([[x, y, -5.0] for x in (20.0, -20.0) for y in (15.0, -15.0)])
 
 def dropped(stiffness: float, damping: float, **solver: object) -> Scene:
     """A topside of 20,000 t that falls 0.3 m on its four legs, one after the other."""
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
-    place = moving(heave=5.3, pitch=0.002, roll=0.001)
-    forces = {
-        "weight": steady(heave=-9.81 * 2e7),
-        "legs": Fender("block", LEGS, FLOOR, curve, Frictionless()),
-    }
-    body = block(2e7, ("heave", "pitch", "roll"), position=place)
-    return scene(body, forces, 5.0, 0.1, **solver)
+    curve = scenes.straight_curve(stiffness, damping)
+    place = scenes.moving(heave=5.3, pitch=0.002, roll=0.001)
+    legs = hs.Fender("block", LEGS, scenes.FLOOR, curve, hs.Frictionless())
+    forces = {"weight": scenes.steady(heave=-9.81 * 2e7), "legs": legs}
+    body = scenes.block(2e7, ("heave", "pitch", "roll"), position=place)
+    return scenes.scene(body, forces, 5.0, 0.1, **solver)
 
 
 @pytest.mark.parametrize("method", [Method.DOPRI5, Method.ESDIRK4])
-def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure: Figure) -> None:
+def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure) -> None:
     """Legs of 1e11 N/m ring with 140 rad/s; neither method is told. Against dopri5 at 1e-11."""
     tight = Tolerance(1e-11, 1e-11, 1e-13)
     exact = hs.simulate(dropped(1e11, 1e8, method=Method.DOPRI5, tolerance=tight))
@@ -124,7 +106,7 @@ def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure: 
 
 
 @pytest.mark.slow
-def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
+def test_a_node_hundreds_of_times_as_stiff(figure) -> None:
     """K2 is 300 times that of the base case: the node breaks away at a stretch of 1e-5 m, and is
     tolerated by the friction that its error makes, not in metres. Both methods see the same."""
     stiff = {"forces.interface.friction.stiffness": 1.7e11, "duration": 560}
@@ -139,7 +121,7 @@ def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
         runs.append(hs.simulate(replace(base, solver=solver)))
     fine = runs.pop()
     for run in runs:
-        error = np.abs(surge(run) - surge(fine)).max() / np.ptp(surge(fine))
+        error = np.abs(scenes.surge(run) - scenes.surge(fine)).max() / np.ptp(scenes.surge(fine))
         figure(f"error over the range of {run.solver_method}", error)
         assert run.solver_events == fine.solver_events
         assert error < 1e-4
@@ -147,15 +129,14 @@ def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
 
 
 def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
-    """By rk2 with long steps a block enters and leaves the slope within a step. Its motion is that
-    of a plain loop which takes the smaller of both forces."""
+    """By rk2 with long steps: as a plain loop that takes the smaller of both forces."""
     mass, grip, slope, push, h = 1e6, 2e5, 1e6, 4e5, 0.5
-    normal = PrescribedNormal(constant(grip / 0.2))
-    forces = {
-        "push": AppliedForce("block", (0, 0, 0), {"surge": Harmonic(push, 10.0)}),
-        "floor": Fender("block", np.zeros((1, 3)), FLOOR, normal, FrictionSlope(0.2, slope)),
-    }
-    made = scene(block(mass, ("surge",)), forces, 60.0, h, step=h, method=Method.RK2, events=False)
+    normal = hs.PrescribedNormal(constant(grip / 0.2))
+    floor = scenes.foot(normal, hs.FrictionSlope(0.2, slope))
+    forces = {"push": scenes.central_force(surge=Harmonic(push, 10.0)), "floor": floor}
+    made = scenes.scene(
+        scenes.block(mass, ("surge",)), forces, 60.0, h, step=h, method=Method.RK2, events=False
+    )
     run = hs.simulate(made)
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
@@ -167,7 +148,7 @@ def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
         middle = plain[-1] + 0.5 * h * rates(t, plain[-1])
         plain.append(plain[-1] + h * rates(t + 0.5 * h, middle))
     motion = np.array(plain)
-    np.testing.assert_allclose(surge(run), motion[:, 0], atol=1e-12 * np.ptp(motion[:, 0]))
+    np.testing.assert_allclose(scenes.surge(run), motion[:, 0], atol=1e-12 * np.ptp(motion[:, 0]))
     assert np.abs(run.force_floor.values[:, 0, 0]).max() <= grip * (1.0 + 1e-12)
     fast = np.abs(motion[:, 1]) > 1.1 * grip / slope
     assert 10 < fast.sum() < fast.size - 10

@@ -12,8 +12,6 @@ the principal value. A_inf is its mean over the lower three quarters of the band
 the time domain has it, and so has it the power law beyond the band.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from pathlib import Path
 
@@ -126,8 +124,7 @@ def _ogilvie(w: np.ndarray, B: np.ndarray, row: int) -> np.ndarray:
 
 
 def _decay(w: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Exponents q of B ~ w^-q from the last 15 % of the band, from 1.2 to 12. Couplings decay at
-    least as fast as the mean of their diagonals, entries without such a law by w^-12."""
+    """Exponents q of B ~ w^-q from the end of the band, 1.2 to 12; couplings: at least the mean."""
     end = w >= 0.85 * w[-1]
     x = np.log(w[end] / w[end].mean())
     x -= x.mean()

@@ -1,7 +1,5 @@
 """Dry bodies on joints for the tests, and what their runs tell."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -11,53 +9,34 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 import hydrosim as hs
-from hydrosim.scene import (
-    Body,
-    Environment,
-    ForceElement,
-    Joint,
-    JointResistance,
-    JointType,
-    LinearScenes,
-    Method,
-    Scene,
-    Solver,
-    Tolerance,
-    Weight,
-)
+from hydrosim.scene import ForceElement, JointResistance, JointType, LinearScenes, Method, Weight
 from hydrosim.scene.joint import MOTIONS
 
 G = 9.81
-FRAME = {
-    "centre": (0.0, 0.0, 0.0),
-    "x": (1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-}
+FRAME = {"centre": (0.0, 0.0, 0.0), **dict(zip("xyz", map(tuple, np.eye(3).tolist()), strict=True))}
 """Named points of every body, which tell its rotation at any attitude."""
-TIGHT = Tolerance(1e-12, 1e-12, 1e-12)
+TIGHT = hs.Tolerance(1e-12, 1e-12, 1e-12)
 
 
 def carried(
     name: str, mass: float, inertia: ArrayLike, place: Sequence[float], **changes: Any
-) -> Body:
-    """A dry body with weight. At rest its centre of gravity is at ``place``; ``inertia`` (3,) or
-    (3, 3) is about it."""
+) -> hs.Body:
+    """A dry body with weight, at rest at ``place``; ``inertia`` (3,) or (3, 3) about its centre."""
     matrix = np.asarray(inertia, float)
     matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
     x, y, z = place
     where = {"location": (x, y), "centre_of_gravity": (0.0, 0.0, z)}
     given = {"points": FRAME, "weight": Weight.CARRIED, **where, **changes}
-    return Body(name, mass, matrix, **given)
+    return hs.Body(name, mass, matrix, **given)
 
 
 def joint(
     kind: str, body: str, to: str | None = None, *motions: JointResistance, **place: Any
-) -> Joint:
+) -> hs.Joint:
     """A joint; ``motions`` are the resistances of its free motions, none without them."""
     free = JointType(kind)
     resistances = motions or (JointResistance(),) * len(MOTIONS[free])
-    return Joint(free, body, to, resistances=tuple(resistances), **place)
+    return hs.Joint(free, body, to, resistances=tuple(resistances), **place)
 
 
 def moved(position: float = 0.0, velocity: float = 0.0, **acts: Any) -> JointResistance:
@@ -71,34 +50,28 @@ def swivelled(rotation: Sequence[float], rate: Sequence[float]) -> list[JointRes
 
 
 def scene(
-    bodies: Sequence[Body],
-    joints: Mapping[str, Joint],
+    bodies: Sequence[hs.Body],
+    joints: Mapping[str, hs.Joint],
     duration: float,
     forces: Mapping[str, ForceElement] | None = None,
     output_step: float = 0.1,
     gravity: float = G,
     **solver: Any,
-) -> Scene:
+) -> hs.Scene:
     """A scene without water, by dopri5 at a tolerance of 1e-12 unless ``solver`` says otherwise."""
     given = {"method": Method.DOPRI5, "step": 0.01, "tolerance": TIGHT, "linear": LinearScenes.STEP}
-    return Scene(
-        "joints",
-        duration,
-        tuple(bodies),
-        Environment(gravity=gravity),
-        forces=forces or {},
-        joints=joints,
-        solver=Solver(**{**given, **solver}),
-        output_step=output_step,
-    )
+    solver, water = hs.Solver(**{**given, **solver}), hs.Environment(gravity=gravity)
+    parts = {"forces": forces or {}, "joints": joints}
+    whole = hs.Scene("joints", duration, tuple(bodies), water, **parts, solver=solver)
+    return replace(whole, output_step=output_step)
 
 
-def by_rk4(scene: Scene, step: float) -> Scene:
+def by_rk4(scene: hs.Scene, step: float) -> hs.Scene:
     """The same scene, solved by rk4."""
     return replace(scene, solver=replace(scene.solver, method=Method.RK4, step=step))
 
 
-def completed(scene: Scene) -> xr.Dataset:
+def completed(scene: hs.Scene) -> xr.Dataset:
     """The run of a scene, which must be complete."""
     run = hs.simulate(scene)
     assert run.attrs["status"] == "complete", run.attrs.get("message")
@@ -122,7 +95,14 @@ def apart(found: np.ndarray, exact: np.ndarray) -> float:
     return float(np.abs(found - exact).max() / np.ptp(exact, axis=0).max())
 
 
-def observed_order(scene: Scene, body: str, exact: np.ndarray, step: float) -> float:
+def observed_order(scene: hs.Scene, body: str, exact: np.ndarray, step: float) -> float:
     """Order of rk4 from the errors of a body's place at ``step`` and at half of it."""
     errors = [apart(places(completed(by_rk4(scene, h)), body), exact) for h in (step, step / 2)]
     return float(np.log2(errors[0] / errors[1]))
+
+
+def assert_order(whole: hs.Scene, body: str, exact: np.ndarray, step: float, figure) -> None:
+    """Errors of rk4 fall with an order of 3.8 at least."""
+    order = observed_order(whole, body, exact, step)
+    figure("order", order)
+    assert order >= 3.8

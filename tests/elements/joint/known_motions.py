@@ -4,8 +4,6 @@ Pendulums are known by elliptic functions, balls by parabolas and half sines. Th
 by DOP853 in coordinates of their own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import atan2, ceil, cos, pi, sin, sqrt
@@ -88,10 +86,9 @@ def double_pendulum(first: float, second: float, duration: float) -> Known:
     inertia = MASS * RADIUS**2
     upper = carried("upper", MASS, (inertia,) * 3, (0.0, 0.0, -ARM))
     lower = carried("lower", MASS, (inertia,) * 3, (0.0, 0.0, -3.0 * ARM))
-    joints = {
-        "top": joint("hinge", "upper", None, moved(first), point=(0.0, 0.0, ARM), axis=Y),
-        "knee": joint("hinge", "lower", "upper", moved(second), point=(0.0, 0.0, ARM), axis=Y),
-    }
+    at = {"point": (0.0, 0.0, ARM), "axis": Y}
+    top = joint("hinge", "upper", None, moved(first), **at)
+    joints = {"top": top, "knee": joint("hinge", "lower", "upper", moved(second), **at)}
 
     def equations(_: float, y: np.ndarray) -> np.ndarray:
         """Lagrange's equations of the angles a, b from below, with the length 2 l of both rods:
@@ -102,12 +99,8 @@ def double_pendulum(first: float, second: float, duration: float) -> Known:
         a, b, da, db = y
         about_joint = inertia + MASS * ARM**2
         cross = 2.0 * MASS * ARM**2
-        M = np.array(
-            [
-                [about_joint + 4.0 * MASS * ARM**2, cross * cos(a - b)],
-                [cross * cos(a - b), about_joint],
-            ]
-        )
+        turning = cross * cos(a - b)
+        M = np.array([[about_joint + 4.0 * MASS * ARM**2, turning], [turning, about_joint]])
         whirl = cross * sin(a - b)
         weight = MASS * G * ARM
         Q = [-whirl * db**2 - 3.0 * weight * sin(a), whirl * da**2 - weight * sin(b)]
@@ -148,10 +141,8 @@ def ball(drop: float) -> Known:
     fall = speed / G
     touching = 2.0 * (pi - atan2(speed * omega, G)) / omega
     body = block(MASS, ("heave",), position=moving(heave=drop))
-    forces = {
-        "floor": on_floor(MASS * omega**2, Frictionless()),
-        "gravity": steady(heave=-MASS * G),
-    }
+    floor = on_floor(MASS * omega**2, Frictionless())
+    forces = {"floor": floor, "gravity": steady(heave=-MASS * G)}
 
     def exact(time: np.ndarray) -> np.ndarray:
         """Parabolas, and half sines about the place of rest -g / w^2."""

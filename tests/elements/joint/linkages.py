@@ -1,7 +1,5 @@
 """Linkages in planes, and their motions in minimal coordinates by independent equations."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
@@ -181,17 +179,10 @@ class SliderCrank(FourBar):
 def hinges(
     bars: Mapping[str, Bar], ends: Mapping, starts: Mapping[str, float], turn: Rotation
 ) -> dict[str, Joint]:
-    """Hinges about the normal of the plane: name of each, its bodies and its place; the rate at
-    the ``starts`` of those of the tree."""
+    """Hinges about the plane's normal: name, bodies, place; rates at the tree's ``starts``."""
     normal = tuple(turn.apply([0.0, 0.0, 1.0]))
-    return {
-        name: joint(
-            "hinge",
-            one,
-            other,
-            moved(velocity=starts.get(name, 0.0)),
-            point=at(bars[one], place, turn),
-            axis=normal,
-        )
-        for name, (one, other, place) in ends.items()
-    }
+    joints = {}
+    for name, (one, other, place) in ends.items():
+        rate, at_one = moved(velocity=starts.get(name, 0.0)), at(bars[one], place, turn)
+        joints[name] = joint("hinge", one, other, rate, point=at_one, axis=normal)
+    return joints

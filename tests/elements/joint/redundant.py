@@ -7,8 +7,6 @@ is the second derivative of a condition: two points coincide, or two directions,
 stay at right angles (Haug 1989, chapter 9). Nothing here comes from hydrosim.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -60,8 +58,7 @@ STILL = Rigid(1.0, np.eye(3), np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), 
 
 
 class Rows(NamedTuple):
-    """Rows of J (r, 6 nb), of J' v (r,), and the wrench of each on the body about the joint's point
-    on the body (r, 6)."""
+    """J (r, 6 nb), J' v (r,), and wrenches (r, 6) on the body about the joint's point on it."""
 
     J: np.ndarray
     bias: np.ndarray
@@ -87,19 +84,13 @@ def joint_wrenches(bodies: Sequence[Rigid], links: Sequence[Link]) -> list[np.nd
 
 
 def openings(bodies: Sequence[Rigid], link: Link) -> list[float]:
-    """How far the conditions of a joint are from holding: lengths along the axes of `to` that are
-    no slides, and cosines of right angles."""
+    """How far a joint is open: lengths along axes that are no slides, cosines of right angles."""
     one, other = _body(bodies, link.body), _body(bodies, link.to)
     gap = one.place + one.rotation @ link.point - other.place - other.rotation @ link.to_point
-    lengths = [
-        float(gap @ other.rotation @ link.to_axes[axis])
-        for axis in range(3)
-        if axis not in SLIDES.get(link.kind, ())
-    ]
-    cosines = [
-        float((other.rotation @ link.to_axes[i]) @ (one.rotation @ link.axes[j]))
-        for i, j in RIGHT_ANGLES[link.kind]
-    ]
+    held = [axis for axis in range(3) if axis not in SLIDES.get(link.kind, ())]
+    lengths = [float(gap @ other.rotation @ link.to_axes[axis]) for axis in held]
+    ours, theirs = (one.rotation @ link.axes.T).T, (other.rotation @ link.to_axes.T).T
+    cosines = [float(theirs[i] @ ours[j]) for i, j in RIGHT_ANGLES[link.kind]]
     return [*lengths, *cosines]
 
 
@@ -109,8 +100,7 @@ def _rows(bodies: Sequence[Rigid], link: Link) -> Rows:
 
 
 def _points(bodies: Sequence[Rigid], link: Link) -> list[tuple[np.ndarray, float, np.ndarray]]:
-    """e . (p - q) is constant, p on the body, q on the other, e an axis of the other that is no
-    slide."""
+    """e . (p - q) is constant: p on the body, q and e, an axis that is no slide, on the other."""
     one, other = _body(bodies, link.body), _body(bodies, link.to)
     arm, to_arm = one.rotation @ link.point, other.rotation @ link.to_point
     gap = one.place + arm - other.place - to_arm
@@ -146,9 +136,8 @@ def _angles(bodies: Sequence[Rigid], link: Link) -> list[tuple[np.ndarray, float
         row = np.zeros(6 * len(bodies))
         _add(row, link.body, np.zeros(3), -normal)
         _add(row, link.to, np.zeros(3), normal)
-        found.append(
-            (row, (other.spin - one.spin) @ change, np.concatenate([np.zeros(3), -normal]))
-        )
+        wrench = np.concatenate([np.zeros(3), -normal])
+        found.append((row, (other.spin - one.spin) @ change, wrench))
     return found
 
 

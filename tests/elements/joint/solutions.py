@@ -1,7 +1,5 @@
 """Solutions of equations of motion that are not hydrosim's, by an 8th-order method."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -14,9 +12,8 @@ Equations = Callable[[float, np.ndarray], ArrayLike]
 def solved(equations: Equations, start: ArrayLike, time: np.ndarray) -> np.ndarray:
     """States (n, nt) of ``equations`` y' = f(t, y) at ``time``, by DOP853 (Hairer) at 1e-13."""
     begin = np.asarray(start, float)
-    found = solve_ivp(
-        *(equations, (time[0], time[-1]), begin, "DOP853", time), rtol=1e-13, atol=1e-14
-    )
+    span = (time[0], time[-1])
+    found = solve_ivp(equations, span, begin, "DOP853", time, rtol=1e-13, atol=1e-14)
     assert found.success
     return np.asarray(found.y)
 

@@ -12,7 +12,6 @@ ground in the earth's axes, about the point of the joint on the ground.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -104,8 +103,7 @@ def run_on(kind: str) -> xr.Dataset:
 
 
 def reaction_on_the_ground(pendulum: Pendulum, run: xr.Dataset) -> np.ndarray:
-    """Ours as the data have it (nt, 6): `joint_force` is the wrench on the body, about the joint's
-    point on the body, in the earth's axes."""
+    """`joint_force` as the data have it (nt, 6): on the body, about its point, in earth's axes."""
     wrench = run.joint_force.sel(joint="pin").values
     on_body = places(run, "rod") - rotations(run, "rod") @ np.array(pendulum.centre)
     arm = on_body - np.array(pendulum.point)
@@ -139,11 +137,9 @@ def test_the_reaction_of_the_data_acts_on_the_ground(pendulum: Pendulum) -> None
 def our_motion(pendulum: Pendulum) -> Fall:
     """Ours, as the data have it."""
     run = run_on(pendulum.kind)
-    return Fall(
-        places(run, "rod") - np.array(pendulum.point),
-        Rotation.from_matrix(rotations(run, "rod")),
-        reaction_on_the_ground(pendulum, run),
-    )
+    place = places(run, "rod") - np.array(pendulum.point)
+    turn = Rotation.from_matrix(rotations(run, "rod"))
+    return Fall(place, turn, reaction_on_the_ground(pendulum, run))
 
 
 def motion_of_data(pendulum: Pendulum) -> Fall:
@@ -155,15 +151,12 @@ def motion_of_data(pendulum: Pendulum) -> Fall:
 
 
 def distances(ours: Fall, theirs: Fall) -> tuple[float, float, float]:
-    """Largest differences of places over their range, of quaternions, and of loads over the
-    largest: those of the slider are constant."""
+    """Largest differences: of places, over their range; quaternions; loads, over the largest."""
     place = np.abs(ours.place - theirs.place).max() / np.ptp(theirs.place, axis=0).max()
     q, p = (each.rotation.as_quat() for each in (ours, theirs))
     turn = np.abs(q * np.sign(np.sum(q * p, axis=1))[:, None] - p).max()  # q and -q are the same
-    load = max(
-        np.abs(ours.load[:, part] - theirs.load[:, part]).max() / _size(theirs.load[:, part])
-        for part in (slice(0, 3), slice(3, 6))
-    )
+    loads = [(x.load[:, :3], x.load[:, 3:]) for x in (ours, theirs)]
+    load = max(np.abs(a - b).max() / _size(b) for a, b in zip(*loads, strict=True))
     return float(place), float(turn), float(load)
 
 
@@ -174,7 +167,7 @@ def _size(load: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("pendulum", [p for p in PENDULUMS if not p.like_hinge], ids=kind_of)
-def test_hinge_and_slider(pendulum: Pendulum, validated: Callable[..., None]) -> None:
+def test_hinge_and_slider(pendulum: Pendulum, validated) -> None:
     found = distances(our_motion(pendulum), motion_of_data(pendulum))
     for what, error, limit in zip(WHAT, found, LIMITS, strict=True):
         claim = f"pendulums on a hinge and on a slider, {what}"
@@ -182,7 +175,7 @@ def test_hinge_and_slider(pendulum: Pendulum, validated: Callable[..., None]) ->
 
 
 @pytest.mark.parametrize("pendulum", [p for p in PENDULUMS if p.like_hinge], ids=kind_of)
-def test_ball_and_universal_joint(pendulum: Pendulum, validated: Callable[..., None]) -> None:
+def test_ball_and_universal_joint(pendulum: Pendulum, validated) -> None:
     """Both let the pendulum fall as the hinge does: it is the same motion, turned. Of the data only
     that of the hinge is exact to the digits. On the others ADAMS loses 4e-4 of the energy, see
     below, and is 2e-4 of the range away from itself."""
@@ -194,15 +187,13 @@ def test_ball_and_universal_joint(pendulum: Pendulum, validated: Callable[..., N
         validated(Kind.PROGRAM, claim, against, error, limit, Feature.JOINTS)
     own = motion_of_data(pendulum)
     spread = distances(own, hinge)
-    for error, limit, more in zip(
-        distances(our_motion(pendulum), own), LIMITS, spread, strict=True
-    ):
+    apart = distances(our_motion(pendulum), own)
+    for error, limit, more in zip(apart, LIMITS, spread, strict=True):
         assert error <= limit + more
 
 
 def test_only_the_data_of_the_hinge_keep_their_energy() -> None:
-    """J omega^2 / 2 + m g z, with omega from the reaction along the rod, m l omega^2 + m g z / l.
-    What is lost belongs to the data: the joints have no friction."""
+    """J omega^2 / 2 + m g z, omega from the reaction along the rod: m l omega^2 + m g z / l."""
     kept = {}
     for pendulum in PENDULUMS[:3]:
         place, _, load = motion_of_data(pendulum)

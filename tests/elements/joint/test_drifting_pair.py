@@ -18,9 +18,6 @@ angles of the first body, seen from the water, and the angle of the hinge:
     q' = M(q)^-1 s,   s' = q'^T M_q q' / 2 - V_q,   T = q'^T M(q) q' / 2;  M_q by the complex step.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import radians
@@ -29,14 +26,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import apart, carried, completed, joint, moved, places, rotations, scene
+from scenes import stream_of, turned_scene
 from scipy.spatial.transform import Rotation
 from solutions import about, skew, solved
-from turning import points, turned, turned_back
+from turning import points, turned_back
 
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Coefficients, Environment, Joint, Scene, Stream, Symmetry, Weight
+from hydrosim.scene import Coefficients, Environment, Joint, Scene, Symmetry, Weight
 
-Figure = Callable[[str, float], None]
 KEPT = 1e-10  # of impulses and energies
 WITHIN = 1e-9  # of the range
 TINY = 1e-30  # complex step
@@ -73,30 +70,17 @@ def pair(current: np.ndarray = CURRENT, held: Joint | None = None) -> Scene:
     """The pair, launched in a current; on its vertical hinge, or ``held`` by another joint."""
     zero = np.zeros((6, 6))
     place = (ARM[0] - ARM[1]).tolist()
-    first, second = (
-        carried(
-            name,
-            MASS[i],
-            INERTIA[i],
-            centre,
-            weight=Weight.BALANCED,
-            hydrodynamics=Coefficients(ADDED[i], zero, STIFFNESS if i == 0 else zero),
-        )
-        for i, (name, centre) in enumerate((("fore", (0.0, 0.0, 0.0)), ("aft", place)))
-    )
+    bodies = []
+    for i, (name, centre) in enumerate((("fore", (0.0, 0.0, 0.0)), ("aft", place))):
+        water = Coefficients(ADDED[i], zero, STIFFNESS if i == 0 else zero)
+        wet = {"weight": Weight.BALANCED, "hydrodynamics": water}
+        bodies.append(carried(name, MASS[i], INERTIA[i], centre, **wet))
+    first, second = bodies
     first = replace(first, velocity=(*(RATES[:3] + current), *RATES[3:]))
     joints = {"pin": held or hinged()}
     found = scene([first, second], joints, DURATION, output_step=0.2)
-    return replace(
-        found,
-        environment=Environment(current=stream_of(current)),
-        solver=replace(found.solver, symmetry=Symmetry.IGNORE),
-    )
-
-
-def stream_of(velocity: np.ndarray) -> Stream:
-    """The stream of this velocity."""
-    return Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
+    solver = replace(found.solver, symmetry=Symmetry.IGNORE)
+    return replace(found, environment=Environment(current=stream_of(current)), solver=solver)
 
 
 @cache
@@ -128,8 +112,7 @@ def impulses_and_energy(run: xr.Dataset) -> np.ndarray:
 
 
 def _headings(run: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Yaw of the first body, and that with the joint's turn about the vertical: the twist of its
-    rotation about z, of a vertical hinge its angle."""
+    """Yaw of the first body, and that with the joint's turn: the twist of its rotation about z."""
     first = run.position.sel(body="fore", dof="yaw").values
     R = np.einsum("tji,tjk->tik", rotations(run, "fore"), rotations(run, "aft"))
     quaternion = Rotation.from_matrix(R).as_quat()
@@ -142,7 +125,7 @@ def changed(run: xr.Dataset) -> float:
     return float((np.ptp(kept, axis=0) / np.abs(kept).max(axis=0)).max())
 
 
-def test_impulse_and_energy_are_kept(validated: Callable[..., None]) -> None:
+def test_impulse_and_energy_are_kept(validated) -> None:
     run = the_run()
     assert np.ptp(run.position.sel(body="fore", dof="yaw").values) > np.pi
     claim, against = "hinged pair adrift in a current, change of impulse and energy", "0"
@@ -172,7 +155,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("held", OTHERS.values(), ids=list(OTHERS))
-def test_impulse_and_energy_are_kept_on_any_joint(held: Joint, figure: Figure) -> None:
+def test_impulse_and_energy_are_kept_on_any_joint(held: Joint, figure) -> None:
     """The heading of the second body has a gradient in all turns of the joint that tilt it."""
     run = completed(replace(pair(held=held), duration=6.0))
     error = changed(run)
@@ -237,7 +220,7 @@ class Pair:
         return fore, fore + np.array(aft)
 
 
-def test_motions_by_hamilton(validated: Callable[..., None]) -> None:
+def test_motions_by_hamilton(validated) -> None:
     fore, aft = Pair().motion()
     run = the_run()
     error = max(apart(places(run, "fore"), fore), apart(places(run, "aft"), aft))
@@ -247,16 +230,16 @@ def test_motions_by_hamilton(validated: Callable[..., None]) -> None:
 
 
 @pytest.mark.parametrize("by", [radians(37.0), radians(123.0)])
-def test_the_pair_turned(by: float, figure: Figure) -> None:
+def test_the_pair_turned(by: float, figure) -> None:
     shift = (3.0, 5.0)
-    run = completed(turned(pair(), by, shift))
+    run = completed(turned_scene(pair(), by, shift))
     before, after = points(the_run(), pair()), turned_back(points(run, pair()), by, shift)
     error = np.abs(after - before).max() / np.ptp(before, axis=0).max()
     figure("error", error)
     assert error <= WITHIN
 
 
-def test_a_current_carries_the_pair_along(figure: Figure) -> None:
+def test_a_current_carries_the_pair_along(figure) -> None:
     """Seen from the water, the motion is that in still water."""
     still = completed(pair(np.zeros(3)))
     drift = CURRENT * TIME[:, None]

@@ -6,53 +6,31 @@ second lump, so that the common centre of gravity is its own. One body with the 
 all three is the reference.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scenes import straight_curve
 
+import hydrosim as hs
 from hydrosim import simulate
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
-from hydrosim.elements import (
-    Fender,
-    Frictionless,
-    Landing,
-    NormalCurve,
-    NormalLoop,
-    Plane,
-    Seats,
-    Spring,
-    StickSlip,
-    Wall,
-)
 from hydrosim.scene import (
     AtDraught,
-    Body,
     Box,
     ConstantRadiation,
     ConvolutionRadiation,
-    Environment,
     Family,
     Hull,
-    Joint,
     JointType,
     Kinematics,
     Place,
-    Plan,
-    RegularWave,
-    Scene,
-    Solver,
     StateSpaceRadiation,
-    Stream,
     Symmetry,
-    Tank,
-    WaveForces,
-    WaveTrain,
     Weight,
 )
 
@@ -81,57 +59,35 @@ def point_mass(mass: float, arm: np.ndarray) -> np.ndarray:
     return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
-def barge(mass: float, inertia: np.ndarray, keys: Mapping[str, Any]) -> Body:
+def barge(mass: float, inertia: np.ndarray, keys: Mapping[str, Any]) -> hs.Body:
     """The wet body with these mass properties."""
     given = KEYS | dict(keys)
-    return Body("barge", mass, inertia, centre_of_gravity=tuple(CENTRE), points=MARKS, **given)
+    return hs.Body("barge", mass, inertia, centre_of_gravity=tuple(CENTRE), points=MARKS, **given)
 
 
-def one(**keys: Any) -> tuple[Body, ...]:
+def one(**keys: Any) -> tuple[hs.Body, ...]:
     """All in one body."""
     return (barge(MASS, TOTAL, keys),)
 
 
-def three(**keys: Any) -> tuple[Body, ...]:
+def three(**keys: Any) -> tuple[hs.Body, ...]:
     """The wet body, and lumps on both sides."""
     wet = barge(MASS - 2.0 * LUMP, TOTAL - 2.0 * (OWN + point_mass(LUMP, ASIDE)), keys)
-    lumps = (
-        Body(
-            name,
-            LUMP,
-            OWN,
-            centre_of_gravity=tuple(CENTRE + side * ASIDE),
-            heading=wet.heading,
-            weight=wet.weight,
-        )
-        for name, side in (("carrier", 1.0), ("load", -1.0))
-    )
+    places = {"carrier": tuple(CENTRE + ASIDE), "load": tuple(CENTRE - ASIDE)}
+    alike = {"heading": wet.heading, "weight": wet.weight}
+    lumps = (hs.Body(n, LUMP, OWN, centre_of_gravity=at, **alike) for n, at in places.items())
     return wet, *lumps
 
 
-WELDS = {
-    "lower": Joint(JointType.FIXED, "barge", "carrier", point=(1.0, 2.0, 3.0)),
-    "upper": Joint(JointType.FIXED, "load", "barge"),
-}
+LOWER = hs.Joint(JointType.FIXED, "barge", "carrier", point=(1.0, 2.0, 3.0))
+WELDS = {"lower": LOWER, "upper": hs.Joint(JointType.FIXED, "load", "barge")}
 
 
-def lines() -> Mapping[str, Spring]:
+def lines() -> Mapping[str, hs.Spring]:
     """Two lines that hold the hull."""
-    return {
-        name: Spring(
-            "barge",
-            point=place,
-            anchor=anchor,
-            length=60.0,
-            extension=np.array([0.0, 1.0]),
-            tension=np.array([0.0, 2e5]),
-            damping=5e4,
-        )
-        for name, place, anchor in (
-            ("bow", (30.0, 0.0, 0.0), (92.0, 30.0, 1.0)),
-            ("stern", (-30.0, 0.0, 0.0), (-91.0, -30.0, 2.0)),
-        )
-    }
+    bow = hs.Spring("barge", (30.0, 0.0, 0.0), (92.0, 30.0, 1.0), 60.0, stiffness=2e5, damping=5e4)
+    stern = replace(bow, point=(-30.0, 0.0, 0.0), anchor=(-91.0, -30.0, 2.0))
+    return {"bow": bow, "stern": stern}
 
 
 def apart(
@@ -141,20 +97,14 @@ def apart(
     **keys: Any,
 ) -> float:
     """Largest difference of the marks [m], of the largest motion of one, of both scenes."""
-    waves = WaveTrain(RegularWave(amplitude=0.6, period=6.5), heading=1.1, ramp=5.0)
+    waves = hs.WaveTrain(hs.RegularWave(amplitude=0.6, period=6.5), heading=1.1, ramp=5.0)
     settings = {"step": 0.025, "symmetry": Symmetry.IGNORE} | dict(solver or {})
     found = []
     for bodies, joints in ((one(**keys), {}), (three(**keys), WELDS)):
-        scene = Scene(
-            "fixed",
-            15.0,
-            bodies,
-            environment=Environment(waves=(waves,), current=Stream(current, 2.0)),
-            forces=lines() if forces is None else forces,
-            joints=joints,
-            solver=Solver(**settings),
-            output_step=0.5,
-        )
+        water = hs.Environment(waves=(waves,), current=hs.Stream(current, 2.0))
+        parts = {"forces": lines() if forces is None else forces, "joints": joints}
+        scene = hs.Scene("fixed", 15.0, bodies, water, **parts, solver=hs.Solver(**settings))
+        scene = replace(scene, output_step=0.5)
         found.append(simulate(scene).point_position.values)
     return float(np.abs(found[0] - found[1]).max() / np.ptp(found[0], axis=0).max())
 
@@ -174,7 +124,7 @@ def test_a_memory_in_states() -> None:
 
 
 def test_waves_that_follow_the_body() -> None:
-    met = WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
+    met = hs.WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
     assert apart(wave_forces=met) < 1e-9
 
 
@@ -190,32 +140,28 @@ def test_a_family_of_databases() -> None:
 
 
 def test_contacts() -> None:
-    law = StickSlip(0.4, 0.3, stiffness=4e6, damping=4e5, slip_damping=1e4)
-    wall = Plane((0.0, 12.0, 0.0), (0.0, -1.0, 0.0))
+    law = hs.StickSlip(0.4, 0.3, stiffness=4e6, damping=4e5, slip_damping=1e4)
+    wall = hs.Plane((0.0, 12.0, 0.0), (0.0, -1.0, 0.0))
     points = np.array([(20.0, 10.0, 1.0), (-20.0, 10.0, 1.0)])
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e6]))
-    fenders = {**lines(), "quay": Fender("barge", points, wall, curve, law)}
+    curve = straight_curve(4e6)
+    fenders = {**lines(), "quay": hs.Fender("barge", points, wall, curve, law)}
     assert apart(fenders, heading=0.05) < 1e-9
 
 
 def test_a_landing_with_a_loop_and_a_wall() -> None:
     """Two legs of the barge that waves bring down on seats of the earth."""
-    loop = NormalLoop(
-        np.array([0.0, 0.5]),
-        np.array([0.0, 4e6]),
-        np.array([0.0, 0.1, 0.5]),
-        np.array([0.0, 1e5, 4e6]),
-        2e7,
-    )
+    loading, x = (np.array([0.0, 0.5]), np.array([0.0, 4e6])), np.array([0.0, 0.1, 0.5])
+    loop = hs.NormalLoop(*loading, x, np.array([0.0, 1e5, 4e6]), 2e7)
     legs = np.array([(15.0, 8.0, -3.5), (-15.0, -8.0, -3.5)])
     seats = legs + np.array([0.0, 0.0, CENTRE[2] - 0.15])
-    wall = Wall(0.2, stiffness=3e6, angle=np.arctan(0.3), depth=1.0)
-    landing = Landing("barge", legs, Seats(seats, extent=6.0), loop, Frictionless(), wall=wall)
+    wall = hs.Wall(0.2, stiffness=3e6, angle=np.arctan(0.3), depth=1.0)
+    seated = ("barge", legs, hs.Seats(seats, extent=6.0), loop, hs.Frictionless())
+    landing = hs.Landing(*seated, wall=wall)
     assert apart({**lines(), "legs": landing}, current=0.0, heading=0.0) < 1e-9
 
 
 def test_tanks_that_are_pumped() -> None:
     shape = Box((-10.0, -6.0, -3.0), (10.0, 6.0, 1.0))
-    level = Plan(np.array([0.0, 25.0]), np.array([2.0, 0.5]))
-    tank = Tank("hold", shape, 2.0, plan=level)
+    level = hs.Plan(np.array([0.0, 25.0]), np.array([2.0, 0.5]))
+    tank = hs.Tank("hold", shape, 2.0, plan=level)
     assert apart(tanks=(tank,)) < 1e-9

@@ -1,13 +1,13 @@
 """Locks and ratchets in case files, and bad input about joints."""
 
-from __future__ import annotations
-
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent, indent
 
 import numpy as np
 import pytest
+from markers import few
 from scenes import block, scene
 
 import hydrosim as hs
@@ -17,6 +17,10 @@ from hydrosim.errors import InputError
 from hydrosim.report.sentences.run import run_document
 from hydrosim.results.channels import channel_series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
+from tests.generators.articulated_cases import TYPES, articulated_case
+from tests.generators.random_cases import text_of
+from tests.generators.random_links import LINKED_FROM
+from tests.generators.scene_trials import offences, scene_of, tried
 
 SHIPPED = Path(hs.__file__).parents[1] / "cases"
 CASE = """
@@ -135,8 +139,7 @@ def test_a_start_at_rest_has_no_rate(tmp_path: Path) -> None:
 
 
 def test_a_load_that_two_joints_share_is_warned_of(tmp_path: Path) -> None:
-    """Two fixed joints between the same bodies; a joint beside locked directions is no such
-    pair."""
+    """Two fixed joints between the same bodies; not a joint beside locked directions."""
     second = "c: {type: fixed, body: b, to: a, point: [1 m, 0 m, 0 m]}"
     path = case(tmp_path, "one: {type: fixed, body: b, to: a}\n" + second)
     text = path.read_text().replace("dofs: [surge],", "")
@@ -167,3 +170,43 @@ def test_check_names_the_root_of_bodies_in_water() -> None:
     told = str(hs.check(SHIPPED / "hinged_barges" / "regular.yaml"))
     assert "is the root of the floating tree with" in told
     assert "root of the floating tree" not in str(hs.check(SHIPPED / "flap" / "decay.yaml"))
+
+
+# Random articulated scenes, a few of those that `tests.generators.scene_trials` runs.
+
+FIRST = 1_000_000
+
+
+def test_a_random_articulated_case_is_one_that_a_case_file_may_hold(tmp_path: Path) -> None:
+    """All types of joints are drawn, and trees of all sizes."""
+    path = tmp_path / "case.yaml"
+    types, sizes = Counter[str](), Counter[int]()
+    for number in range(FIRST, FIRST + 40):
+        text = text_of(articulated_case(number))
+        assert text == text_of(articulated_case(number))
+        path.write_text(text)
+        scene = load_case(path).scene()
+        types.update(joint.type.value for joint in scene.joints.values())
+        sizes[len(scene.bodies)] += 1
+    assert types.keys() == TYPES.keys()
+    assert sizes.keys() == {2, 3, 4, 5, 6}
+
+
+def test_a_case_is_turned_as_a_whole() -> None:
+    scene, turned = scene_of(articulated_case, FIRST), scene_of(articulated_case, FIRST, 0.7)
+    for body, other in zip(scene.bodies, turned.bodies, strict=True):
+        assert other.heading == pytest.approx(body.heading + 0.7)
+        assert other.mass == body.mass
+    here, there = ({n: j.point for n, j in s.joints.items()} for s in (scene, turned))
+    assert here == there
+
+
+@pytest.mark.parametrize(
+    "number", [*few(range(FIRST, FIRST + 40), 12), *few(range(LINKED_FROM, LINKED_FROM + 40), 6)]
+)
+def test_a_random_articulated_scene(number: int) -> None:
+    """It runs or says why not; its ledger closes; turned, it turns; it goes on to the bit."""
+    trial = tried(articulated_case, number)
+    assert trial.status in ("complete", "failed", "refused"), trial.said
+    assert trial.said or trial.status == "complete"
+    assert list(offences(trial)) == []

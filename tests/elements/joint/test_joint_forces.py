@@ -1,8 +1,6 @@
 """`joint_force` against the multipliers of a model whose bodies are all free."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +10,16 @@ from jointed import G, by_rk4, carried, completed, joint, moved, places, rotatio
 from redundant import EARTH, Link, Rigid, joint_wrenches, openings
 from turning import at_rest
 
+import hydrosim as hs
+from hydrosim.compile.compiled import Compiled
 from hydrosim.elements import AppliedForce, constant
+from hydrosim.integrate.dynamics import Model, Work, accelerate, is_articulated, new_work
+from hydrosim.multibody.articulated import accelerate_articulated
+from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Joint, JointResistance, JointType, Scene
+from hydrosim.scene import Joint, JointResistance, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import MOTIONS
 
-Figure = Callable[[str, float], None]
 WITHIN = 1e-10  # of the largest force or moment
 HELD = 1e-13  # m, and of the cosine of a right angle
 CHAINS = (
@@ -63,34 +65,23 @@ def chain(kinds: Sequence[str], seed: int) -> Scene:
     """Three bodies on each other, the first on the earth, with loads, in any state."""
     rng = np.random.default_rng(seed)
     names = ["a", "b", "c"]
-    bodies = [
-        carried(
-            name,
-            float(rng.uniform(1.0, 4.0)),
-            random_inertia(rng),
-            rng.uniform(-2.0, 2.0, 3).tolist(),
-            heading=float(rng.uniform(-3.0, 3.0)),
-        )
-        for name in names
-    ]
-    joints = {
-        f"joint of {body}": random_joint(kind, body, to, rng)
-        for kind, body, to in zip(kinds, names, [None, "a", "b"], strict=True)
-    }
-    forces = {
-        name: AppliedForce(
-            name,
-            tuple(rng.uniform(-1.0, 1.0, 3)),
-            {dof: constant(rng.uniform(-20.0, 20.0)) for dof in ("surge", "sway", "heave", "yaw")},
-        )
-        for name in names
-    }
+    bodies = []
+    for name in names:
+        mass, inertia = float(rng.uniform(1.0, 4.0)), random_inertia(rng)
+        place, heading = rng.uniform(-2.0, 2.0, 3).tolist(), float(rng.uniform(-3.0, 3.0))
+        bodies.append(carried(name, mass, inertia, place, heading=heading))
+    links = zip(kinds, names, [None, "a", "b"], strict=True)
+    joints = {f"joint of {name}": random_joint(kind, name, to, rng) for kind, name, to in links}
+    forces = {}
+    for name in names:
+        point, dofs = tuple(rng.uniform(-1.0, 1.0, 3)), ("surge", "sway", "heave", "yaw")
+        signals = {dof: constant(rng.uniform(-20.0, 20.0)) for dof in dofs}
+        forces[name] = AppliedForce(name, point, signals)
     return scene(bodies, joints, 0.01, forces, output_step=0.01, step=0.01)
 
 
 def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], list[Link]]:
-    """The bodies and joints of a scene at output time ``k`` of its run, by places, rotations and
-    velocities."""
+    """Bodies and joints of a scene at output time ``k``, by places, rotations and velocities."""
     number = {body.name: b for b, body in enumerate(scene.bodies)}
     rigid = []
     for body in scene.bodies:
@@ -111,25 +102,15 @@ def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], l
         place, R = at_rest(scene, each.body)
         to_place, to_R = at_rest(scene, each.to)
         point, axes = np.array(each.point), each.axes()
-        links.append(
-            Link(
-                each.type.value,
-                number[each.body],
-                number.get(each.to or "", EARTH),
-                point,
-                to_R.T @ (place + R @ point - to_place),
-                axes,
-                axes @ R.T @ to_R,
-            )
-        )
+        to_point, to_axes = to_R.T @ (place + R @ point - to_place), axes @ R.T @ to_R
+        ends = (number[each.body], number.get(each.to or "", EARTH))
+        links.append(Link(each.type.value, *ends, point, to_point, axes, to_axes))
     return rigid, links
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
-def test_joint_forces_are_the_multipliers(
-    kinds: Sequence[str], seed: int, validated: Callable[..., None]
-) -> None:
+def test_joint_forces_are_the_multipliers(kinds, seed, validated):
     whole = chain(kinds, seed)
     run = completed(whole)
     exact = joint_wrenches(*redundant(whole, run))
@@ -140,9 +121,8 @@ def test_joint_forces_are_the_multipliers(
 
 
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
-def test_trees_hold_identically(kinds: Sequence[str], figure: Figure) -> None:
-    """At a coarse step motions are wrong by far more than joints open. The loads are those of the
-    multipliers at the end of it, too."""
+def test_trees_hold_identically(kinds: Sequence[str], figure) -> None:
+    """At a coarse step, too, where motions are wrong by far more than joints open."""
     whole = by_rk4(replace(chain(kinds, 7), duration=1.0, output_step=0.05), 0.05)
     run = completed(whole)
     last = run.time.size - 1
@@ -157,9 +137,8 @@ def test_trees_hold_identically(kinds: Sequence[str], figure: Figure) -> None:
     assert np.abs(found - exact).max() <= WITHIN * np.abs(exact).max()
 
 
-def test_what_acts_in_a_joint_is_no_part_of_its_load(figure: Figure) -> None:
-    """Springs and dampers of hinges are moments on both bodies. With them the multipliers are what
-    `joint_force` has: nothing about the hinge's own axis."""
+def test_what_acts_in_a_joint_is_no_part_of_its_load(figure) -> None:
+    """Springs and dampers of hinges are moments on both bodies, and none of `joint_force`."""
     whole = chain(("hinge", "hinge", "hinge"), 5)
     joints = {name: _sprung(held) for name, held in whole.joints.items()}
     run = completed(replace(whole, joints=joints))
@@ -183,3 +162,65 @@ def test_what_acts_in_a_joint_is_no_part_of_its_load(figure: Figure) -> None:
 def _sprung(held: Joint) -> Joint:
     acts = replace(held.resistances[0], stiffness=30.0, neutral=0.2, damping=4.0)
     return replace(held, resistances=(acts,))
+
+
+# Articulated bodies against the matrix of the whole, and placing that forgets what was before.
+
+PLACE_SEEDS = range(4)
+
+
+def floating(kinds: tuple[str, ...], seed: int) -> Scene:
+    """The chain without the joint to the earth: its root is free."""
+    whole = chain(kinds, seed)
+    joints = {name: joint for name, joint in whole.joints.items() if joint.to is not None}
+    return replace(whole, joints=joints)
+
+
+def placed(compiled: Compiled, seed: int) -> tuple[Model, Work, np.ndarray]:
+    """The model at random coordinates and rates, and these."""
+    model = compiled.model
+    work = new_work(model)
+    n = model.bodies.active.size
+    y = compiled.state.y.copy()
+    y[: 2 * n] = np.random.default_rng(seed).uniform(-0.9, 0.9, 2 * n)
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
+    return model, work, y
+
+
+@pytest.mark.parametrize("built", [chain, floating])
+@pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
+def test_accelerations_are_those_of_the_whole_matrix(built, kinds):
+    for seed in PLACE_SEEDS:
+        compiled = hs.compile_scene(built(kinds, seed))
+        model, work, y = placed(compiled, seed)
+        assert is_articulated(model)
+        rng = np.random.default_rng(seed)
+        loads = rng.uniform(-9.0, 9.0, work.total.size)
+        added = rng.uniform(-0.3, 0.3, (work.total.size, work.total.size))
+        own = np.kron(np.eye(len(loads) // 6), np.ones((6, 6)))
+        model = model._replace(added_mass=(added + added.T) * own + 2.0 * np.eye(len(loads)))
+        x = np.zeros((2, model.bodies.active.size))
+        work.total[:] = loads
+        accelerate(y, compiled.state.modes, model, work, x[0])
+        added_mass, headings = model.added_mass, model.headings
+        bodies, contents = model.bodies, work.contents
+        accelerate_articulated(bodies, contents, headings, added_mass, work.motion, loads, x[1])
+        np.testing.assert_allclose(x[1], x[0], rtol=1e-10, atol=1e-11 * np.abs(x[0]).max())
+
+
+@pytest.mark.parametrize("kinematics", Kinematics)
+def test_places_do_not_depend_on_those_before(kinematics: Kinematics) -> None:
+    """Rotations of jointed bodies too, with exact rotations and with small angles."""
+    whole = chain(("hinge", "universal", "slider"), 1)
+    level = [replace(body, heading=0.0, weight=Weight.BALANCED) for body in whole.bodies]
+    solver = replace(whole.solver, kinematics=kinematics)
+    still = {name: replace(joint, resistances=()) for name, joint in whole.joints.items()}
+    whole = replace(whole, bodies=tuple(level), solver=solver, joints=still)
+    compiled = hs.compile_scene(whole)
+    model, fresh, y = placed(compiled, 1)
+    _, used, other = placed(compiled, 2)
+    n = model.bodies.active.size
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, used.motion)
+    assert not np.array_equal(y, other)
+    for name in ("coordinates", "rate", "rotation", "velocity", "bias"):
+        assert np.array_equal(getattr(used.motion, name), getattr(fresh.motion, name)), name

@@ -1,9 +1,6 @@
 """What must not matter: place and heading of a scene, names and order of bodies, which body tells a
 joint, and which body is the root."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import radians
@@ -12,12 +9,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import carried, completed, joint, moved, scene, swivelled
-from turning import points, renamed, rooted, swapped, turned, turned_back
+from scenes import turned_scene
+from turning import points, renamed, rooted, swapped, turned_back
 
 from hydrosim.elements import AppliedForce, Harmonic, LinearMooring, Spring
 from hydrosim.scene import ForceElement, JointResistance, Scene, Tolerance, Weight
 
-Figure = Callable[[str, float], None]
 WITHIN = 1e-9  # of the range
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])
 TOLERANCE = Tolerance(1e-11, 1e-11, 1e-11)
@@ -26,8 +23,7 @@ TREE = ("hull", "arm", "hand", "leg", "foot", "drum")
 
 
 def tree() -> Scene:
-    """A moored hull with an arm, a hand, a leg, a foot and a drum on joints of five types, held by
-    springs and dampers and pushed; every body has its own heading."""
+    """A moored hull with five bodies on joints of five types, sprung, damped, pushed and turned."""
     rest = {
         "hull": (20.0, (0.0, 0.0, 0.0), 0.3),
         "arm": (2.0, (3.0, 1.0, 0.5), -0.8),
@@ -37,13 +33,11 @@ def tree() -> Scene:
         "drum": (4.0, (0.5, 2.5, 1.0), -2.0),
     }
     bodies = [
-        carried(name, mass, mass * INERTIA, place, heading=heading)
-        for name, (mass, place, heading) in rest.items()
+        carried(n, m, m * INERTIA, place, heading=angle) for n, (m, place, angle) in rest.items()
     ]
     launch = (0.2, -0.1, 0.1, 0.05, -0.08, 0.1)
-    bodies[0] = replace(
-        bodies[0], weight=Weight.BALANCED, position=(0.3, 0.2, 0.1, 0.1, -0.2, 0.3), velocity=launch
-    )
+    start = {"position": (0.3, 0.2, 0.1, 0.1, -0.2, 0.3), "velocity": launch}
+    bodies[0] = replace(bodies[0], weight=Weight.BALANCED, **start)
     joints = {
         "shoulder": joint(
             *("hinge", "arm", "hull", moved(0.3, -0.2, stiffness=40.0, damping=2.0)),
@@ -72,26 +66,24 @@ def tree() -> Scene:
         ),
     }
     stiffness = np.diag([30.0, 25.0, 20.0, 0.0, 0.0, 0.0])
-    line = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 15.0])}
-    rope = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 60.0])}
-    forces: dict[str, ForceElement] = {
-        f"sling {k}": Spring("hull", (2.0 * x, 1.5 * y, 0.5), (2.5 * x, 2.0 * y, 8.0), 7.0, **rope)
-        for k, (x, y) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1)))
-    }
+    sides = enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1)))
+    forces: dict[str, ForceElement] = {}
+    for k, (x, y) in sides:
+        ends = (2.0 * x, 1.5 * y, 0.5), (2.5 * x, 2.0 * y, 8.0)
+        forces[f"sling {k}"] = Spring("hull", *ends, 7.0, stiffness=60.0)
+    thrust = {"surge": Harmonic(6.0, 3.0)}
+    tied = {"anchor_body": "foot", "stiffness": 15.0}
     forces |= {
         "mooring": LinearMooring("hull", stiffness, 0.05 * stiffness),
-        "tie": Spring("hand", (0.2, 0.0, 0.1), (0.0, 0.3, 0.0), 9.0, anchor_body="foot", **line),
-        "anchor": Spring("foot", (0.0, 0.1, -0.5), (-6.0, 2.0, -8.0), 6.0, **line),
-        "thrust": AppliedForce(
-            "drum", (0.1, 0.0, 0.0), {"surge": Harmonic(6.0, 3.0)}, frame="body"
-        ),
+        "tie": Spring("hand", (0.2, 0.0, 0.1), (0.0, 0.3, 0.0), 9.0, **tied),
+        "anchor": Spring("foot", (0.0, 0.1, -0.5), (-6.0, 2.0, -8.0), 6.0, stiffness=15.0),
+        "thrust": AppliedForce("drum", (0.1, 0.0, 0.0), thrust, frame="body"),
     }
     return scene(bodies, joints, 2.0, forces, output_step=0.1, tolerance=TOLERANCE)
 
 
 def damped(motions: list[JointResistance]) -> list[JointResistance]:
-    """The motions of a ball joint with damping, which keeps the hand from tumbling: as a root its
-    pitch must stay below 85 deg."""
+    """A ball joint with damping: as a root the hand's pitch must stay below 85 deg."""
     return [replace(motion, damping=4.0) for motion in motions]
 
 
@@ -109,19 +101,18 @@ def apart(found: np.ndarray) -> float:
     return float((np.abs(found - exact).max(axis=(0, 2)) / ranges).max())
 
 
-def test_the_scene_turned(figure: Figure) -> None:
-    run = completed(turned(tree(), BY, SHIFT))
+def test_the_scene_turned(figure) -> None:
+    run = completed(turned_scene(tree(), BY, SHIFT))
     error = apart(turned_back(points(run, tree()), BY, SHIFT))
     figure("error", error)
     assert error <= WITHIN
     before, after = as_told().joint_force.values, run.joint_force.values
-    back = np.concatenate(
-        [turned_back(after[..., :3], BY), turned_back(after[..., 3:], BY)], axis=-1
-    )
+    parts = [turned_back(after[..., k : k + 3], BY) for k in (0, 3)]
+    back = np.concatenate(parts, axis=-1)
     assert np.abs(back - before).max() <= WITHIN * np.abs(before).max()
 
 
-def test_the_order_and_the_names_of_bodies_and_joints(figure: Figure) -> None:
+def test_the_order_and_the_names_of_bodies_and_joints(figure) -> None:
     whole = renamed(tree(), {name: f"{k} {name[::-1]}" for k, name in enumerate(reversed(TREE))})
     rng = np.random.default_rng(1)
     bodies = tuple(whole.bodies[i] for i in rng.permutation(len(whole.bodies)))
@@ -134,7 +125,7 @@ def test_the_order_and_the_names_of_bodies_and_joints(figure: Figure) -> None:
 
 
 @pytest.mark.parametrize("name", ["wrist", "shin"])
-def test_which_body_tells_a_joint(name: str, figure: Figure) -> None:
+def test_which_body_tells_a_joint(name: str, figure) -> None:
     """A joint told from the side that the tree grows from. Its load is on the other body now."""
     run = completed(swapped(tree(), name))
     error = apart(points(run, tree()))
@@ -145,7 +136,7 @@ def test_which_body_tells_a_joint(name: str, figure: Figure) -> None:
 
 
 @pytest.mark.parametrize("root", TREE)
-def test_which_body_is_the_root(root: str, figure: Figure) -> None:
+def test_which_body_is_the_root(root: str, figure) -> None:
     run = completed(rooted(tree(), root, as_told()))
     error = apart(points(run, tree()))
     figure("error", error)

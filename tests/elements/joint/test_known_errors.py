@@ -1,7 +1,5 @@
 """Motions that are known: a tolerance is kept, and a run knows the error of its own motion."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 
@@ -81,8 +79,7 @@ def test_a_run_with_equal_steps_tells_a_large_error(name: str, step: float) -> N
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("name", ALL)
 def test_a_run_with_equal_steps_knows_its_error(name: str, step: float) -> None:
-    """It is said within 0.3 to 10 of the true one. Once a motion is lost, it is only said that it
-    is."""
+    """Within 0.3 to 10 of the true one. Once a motion is lost, it is only said that it is."""
     run = ran(name, OUTPUT_STEP, Solver(Method.RK4, step))
     true = true_error(name, run)
     said = float(run.attrs["error_relative"])

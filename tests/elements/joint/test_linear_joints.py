@@ -1,7 +1,5 @@
 """Joints that are constraints in linear analysis, at rest, and with small angles."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +8,9 @@ from scenes import scene, steady
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import LinearMooring
 from hydrosim.linear.modes import natural_modes
 from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import (
-    Active,
-    Body,
-    Joint,
     JointFriction,
     JointResistance,
     JointType,
@@ -24,26 +18,23 @@ from hydrosim.scene import (
     LinearScenes,
     Method,
     Ratchet,
-    Scene,
-    When,
 )
 
 G, MASS, ARM, INERTIA = 9.81, 3.0, 2.0, 2.0
 
 
-def pendulum(side: float = 0.0, **changes: object) -> Scene:
+def pendulum(side: float = 0.0, **changes: object) -> hs.Scene:
     """A body that hangs on a hinge to the earth, under its weight and a force to the side."""
     inertia = np.diag([1.0, INERTIA, 1.5])
-    body = Body("bob", MASS, inertia, centre_of_gravity=(0.0, 0.0, -ARM))
+    body = hs.Body("bob", MASS, inertia, centre_of_gravity=(0.0, 0.0, -ARM))
     load = steady("bob", heave=-MASS * G, surge=side)
-    hinge = Joint(JointType.HINGE, "bob", None, (0.0, 0.0, ARM), (0.0, 1.0, 0.0))
+    hinge = hs.Joint(JointType.HINGE, "bob", None, (0.0, 0.0, ARM), (0.0, 1.0, 0.0))
     found = scene([body], {"load": load}, 4.0, 0.1, step=0.01, method=Method.RK4)
     return replace(found, joints={"hinge": hinge}, **changes)
 
 
 def test_a_pendulum_at_rest_and_its_frequency() -> None:
-    """tan(angle) = F / mg; w^2 = m g' l / (I + m l^2), with the geometric stiffness of the
-    hinge."""
+    """tan(angle) = F / mg; w^2 = m g' l / (I + m l^2), with the hinge's geometric stiffness."""
     side = 5.0
     compiled = compile_scene(pendulum(side, at_rest=True))
     angle = np.arctan2(side, MASS * G)
@@ -61,7 +52,7 @@ def test_the_limit_of_steps_is_that_of_the_motions_that_joints_leave() -> None:
     """A stiff spring across a fixed joint limits no step; beside the joint it does."""
     K = np.zeros((6, 6))
     K[1, 1] = 1e8
-    stiff = LinearMooring("bob", K)
+    stiff = hs.LinearMooring("bob", K)
     base = pendulum()
     held = replace(base, forces={**base.forces, "stiff": stiff})
     loose = replace(held, joints={})
@@ -70,17 +61,13 @@ def test_the_limit_of_steps_is_that_of_the_motions_that_joints_leave() -> None:
 
 
 def test_small_angles_keep_joints_and_are_propagated() -> None:
-    """`kinematics: linear`: J is constant, so the exact propagation applies, and agrees with
-    steps; the joint stays closed to rounding."""
+    """J is constant: exact propagation applies and agrees with steps; the joint stays closed."""
     K = np.zeros((6, 6))
     K[4, 4], K[0, 0] = 60.0, 8.0
-    spring = LinearMooring("bob", K)
+    spring = hs.LinearMooring("bob", K)
     base = pendulum(1.0)
-    small = replace(
-        base,
-        forces={**base.forces, "spring": spring},
-        solver=replace(base.solver, kinematics=Kinematics.LINEAR),
-    )
+    solver = replace(base.solver, kinematics=Kinematics.LINEAR)
+    small = replace(base, forces={**base.forces, "spring": spring}, solver=solver)
     start = JointResistance(position=-0.1, velocity=-0.2)
     hinge = replace(small.joints["hinge"], resistances=(start,))
     small = replace(small, joints={"hinge": hinge})
@@ -97,11 +84,11 @@ def test_a_lock_at_rest_is_a_constraint_of_the_linear_analysis() -> None:
     bodies = []
     forces = {}
     for name, mass, k in (("a", 2.0, 8.0), ("b", 3.0, 27.0)):
-        bodies.append(Body(name, mass, np.eye(3), dofs=("surge",)))
+        bodies.append(hs.Body(name, mass, np.eye(3), dofs=("surge",)))
         K = np.zeros((6, 6))
         K[0, 0] = k
-        forces[f"{name}_spring"] = LinearMooring(name, K)
-    pin = Joint(JointType.FIXED, "a", "b", active=Active(None, When(100.0)))
+        forces[f"{name}_spring"] = hs.LinearMooring(name, K)
+    pin = hs.Joint(JointType.FIXED, "a", "b", active=hs.Active(None, hs.When(100.0)))
     found = replace(scene(bodies, forces, 1.0, 0.1), joints={"pin": pin})
     linear = hs.linearise(*compile_scene(found))
     w = np.sqrt(35.0 / 5.0)

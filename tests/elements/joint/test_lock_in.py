@@ -1,7 +1,5 @@
 """The devices of cases/lock_in: what its page states, on single seeds, and their balances."""
 
-from __future__ import annotations
-
 import importlib.util
 from functools import cache
 from pathlib import Path
@@ -52,8 +50,7 @@ def closing(run: xr.Dataset) -> int:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_order_of_the_alternatives(seed: int) -> None:
-    """Pin and lines keep the barge near its place. Friction, and a clamp that comes late, let it
-    crawl against the waves; a ratchet against that lets it go as far with them."""
+    """Pins and lines hold it; friction and a late clamp let it crawl, a ratchet let it go."""
     end = {name: surge(run_of(name, seed))[-1] for name in FILES}
     assert abs(end["lines"]) < 0.1
     assert abs(end["pins"]) < 0.15
@@ -114,11 +111,8 @@ def test_the_load_of_the_pin_is_that_of_newtons_law() -> None:
     A = compile_scene(case.scene()).model.added_mass[0]
     u = run.velocity.values[:, 0]
     rates = (8.0 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / (12.0 * STEP)
-    forces = sum(
-        run[name].values[:, 0, 0]
-        for name in run.data_vars
-        if str(name).startswith("force_") and name != "force_joints"
-    )
+    names = [n for n in run.data_vars if str(n).startswith("force_") and n != "force_joints"]
+    forces = sum(run[name].values[:, 0, 0] for name in names)
     closed = slice(closing(run) + 3, -3)
     needed = 1.56758e8 * rates[:, 0] + rates @ A - forces[2:-2]
     load = run.joint_force.values[2:-2, 0, 0]
@@ -140,8 +134,7 @@ def test_the_ratchet_never_goes_back_beyond_its_last_tooth(seed: int) -> None:
 
 @pytest.mark.parametrize("name", LOCKED)
 def test_explain_books_the_lock(name: str) -> None:
-    """Forces sum to the change of momentum over each stage, and works to that of the kinetic
-    energy, with what closing stops."""
+    """Forces sum to the change of momentum, works to that of kinetic energy, closing included."""
     run = run_of(name, 1)
     found = explain_run(run)
     forces = found.mean_force.sel(dof="surge", force="joints")

@@ -1,8 +1,7 @@
 """Loops of joints: linkages of free bodies against minimal coordinates."""
 
-from __future__ import annotations
-
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,9 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.scene import Joint, JointType, Method, Scene, Tolerance
+from hydrosim.scene import Body, Joint, JointType, Method, Scene, Tolerance
+from hydrosim.scene.joint import arrange_joints
+from hydrosim.scene.scene import arrangement, floating_roots, is_anchored, joined_with
 
 LINKAGES = [FourBar(), SliderCrank()]
 ANGLE, SPEED, END = 1.0, 2.0, 1.6
@@ -109,8 +110,7 @@ def test_the_load_of_a_joint_is_newtons_of_what_is_behind_it() -> None:
 
 
 def test_redundant_constraints_are_dropped_and_named() -> None:
-    """The hinges of the tree leave turns in the plane: the loop holds five motions, two of them
-    freely."""
+    """The tree's hinges leave turns in the plane: the loop holds five motions, two freely."""
     scene = FourBar().scene(ANGLE, SPEED, 0.1, 0.01, IN_PLANE)
     compiled = compile_scene(scene)
     told = [text for text in compiled.notes.warnings if "constraints" in text]
@@ -188,3 +188,76 @@ def test_joints_that_fight_are_refused() -> None:
     joints = {**scene.joints, "slide": off, "second": second}
     with pytest.raises(InputError, match=r"does not close at the start: 0\.1 m and 0 deg"):
         hs.simulate(replace(scene, joints=joints))
+
+
+# Trees of joints: which bodies belong together, and which are anchored, against plain searches.
+
+
+def random_scene(seed: int, count: int = 12) -> Scene:
+    """Bodies with hinges about level or upright axes, to bodies before them or to the earth."""
+    rng = np.random.default_rng(seed)
+    bodies = tuple(Body(f"b{k}", 1.0, np.eye(3)) for k in range(count))
+    joints = {}
+    for k in range(count):
+        if rng.random() < 0.7:
+            to = None if k == 0 or rng.random() < 0.3 else f"b{rng.integers(k)}"
+            axis = (0.0, 1.0, 0.0) if rng.random() < 0.7 else (0.0, 0.0, 1.0)
+            joints[f"j{k}"] = Joint(JointType.HINGE, f"b{k}", to, axis=axis)
+    return Scene("trees", 1.0, bodies, joints=joints)
+
+
+def search_connected(scene: Scene, body: str) -> set[str]:
+    """Bodies that joints between bodies connect with one, by searching all edges often."""
+    found = {body}
+    for _ in scene.bodies:
+        for joint in scene.joints.values():
+            if joint.to is not None and {joint.body, joint.to} & found:
+                found |= {joint.body, joint.to}
+    return found
+
+
+def search_anchored(scene: Scene, body: str) -> bool:
+    """Whether a path of level axes leads to the earth: each body has one joint towards it."""
+    joint = next((each for each in scene.joints.values() if each.body == body), None)
+    if joint is None or joint.axis[2] == 1.0:
+        return False
+    return joint.to is None or search_anchored(scene, joint.to)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_trees_are_those_that_a_search_finds(seed: int) -> None:
+    scene = random_scene(seed)
+    for body in scene.bodies:
+        assert joined_with(scene, body.name) == search_connected(scene, body.name)
+        tree = search_connected(scene, body.name)
+        grounded = any(j.to is None and j.body in tree for j in scene.joints.values())
+        if grounded or len(joined_with(scene, body.name)) == 1:
+            assert is_anchored(scene, body.name) == search_anchored(scene, body.name)
+        else:
+            assert not is_anchored(scene, body.name)
+    for root, carried in floating_roots(scene).items():
+        assert {root, *carried} == search_connected(scene, root)
+
+
+def test_a_changed_scene_is_arranged_anew() -> None:
+    scene = random_scene(1)
+    assert arrangement(scene).branches
+    assert not arrangement(replace(scene, joints={})).branches
+
+
+def test_a_long_chain_is_arranged_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever is asked about its bodies."""
+    bodies = tuple(Body(f"b{k}", 1.0, np.eye(3)) for k in range(200))
+    joints = {f"j{k}": Joint(JointType.HINGE, f"b{k}", f"b{k - 1}") for k in range(1, 200)}
+    made = []
+
+    def counted(*given: Any) -> Any:
+        made.append(given)
+        return arrange_joints(*given)
+
+    monkeypatch.setattr("hydrosim.scene.scene.arrange_joints", counted)
+    scene = Scene("chain", 1.0, bodies, joints=joints)
+    for body in bodies:
+        joined_with(scene, body.name)
+        is_anchored(scene, body.name)
+    assert len(made) == 1

@@ -1,7 +1,5 @@
 """Two hinged barges in regular waves against the frequency domain with the constraint."""
 
-from __future__ import annotations
-
 from math import pi
 from pathlib import Path
 
@@ -13,7 +11,6 @@ import hydrosim as hs
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compile.compile import Radiation
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Scene
 
 CASES = Path(__file__).parents[3] / "cases" / "hinged_barges"
 NAMES = ["fore", "aft"]
@@ -26,7 +23,7 @@ def barges() -> Barges:
     return Barges()
 
 
-def scene_of(**settings: object) -> Scene:
+def scene_of(**settings: object) -> hs.Scene:
     """The case in a regular wave, with other settings: keys have __ for dots."""
     changes = {key.replace("__", "."): value for key, value in settings.items()}
     return hs.load_case(CASES / "regular.yaml", changes).scene()
@@ -44,11 +41,9 @@ def test_linear_analysis_against_the_frequency_domain(barges, validated):
     """All motions, in waves from all sides, with added mass and damping of the database."""
     rows = range(6, barges.frequency.size, 6)
     columns = range(0, barges.heading.size, 2)
-    wanted = LinearRequest(
-        headings=tuple(barges.heading[list(columns)]),
-        frequencies=tuple(barges.frequency[list(rows)]),
-        radiation=Radiation.DATABASE,
-    )
+    keys = {"headings": barges.heading[list(columns)], "frequencies": barges.frequency[list(rows)]}
+    keys = {key: tuple(values) for key, values in keys.items()}
+    wanted = LinearRequest(**keys, radiation=Radiation.DATABASE)
     found = linear_analysis(scene_of(), wanted)
     phased = found.rao_amplitude * np.exp(1j * found.rao_phase)
     raos = phased.sel(body=NAMES).transpose("heading", "frequency", "body", "dof")
@@ -58,15 +53,9 @@ def test_linear_analysis_against_the_frequency_domain(barges, validated):
             expected = barges.by_coordinates(row, column, barges.added_mass)
             error = np.abs(raos.values[i, j].ravel() - expected).max()
             errors.append(error / np.abs(expected).max())
-    validated(
-        Kind.INDEPENDENT,
-        "hinged barges, RAOs, of the largest",
-        "frequency domain with the constraint",
-        max(errors),
-        1e-9,
-        Feature.JOINTS,
-        Feature.COUPLED,
-    )
+    claim, against = "hinged barges, RAOs, of the largest", "frequency domain with the constraint"
+    features = (Feature.JOINTS, Feature.COUPLED)
+    validated(Kind.INDEPENDENT, claim, against, max(errors), 1e-9, *features)
 
 
 @pytest.mark.parametrize("kinematics", ["linear", "exact"])
@@ -85,28 +74,18 @@ def test_regular_waves_against_the_frequency_domain(barges, validated, figure, k
         errors.append(error / np.abs(expected * lever).max())
     figure("with the added mass of the database", errors[1])
     assert errors[1] < 2e-3
-    validated(
-        Kind.INDEPENDENT,
-        "hinged barges in a regular wave, motions of the largest",
-        "frequency domain with the constraint",
-        errors[0],
-        1e-3,
-        Feature.JOINTS,
-        Feature.COUPLED,
-        Feature.RADIATION,
-    )
+    claim = "hinged barges in a regular wave, motions of the largest"
+    against = "frequency domain with the constraint"
+    features = (Feature.JOINTS, Feature.COUPLED, Feature.RADIATION)
+    validated(Kind.INDEPENDENT, claim, against, errors[0], 1e-3, *features)
 
 
 def harmonic(w: float, kinematics: str) -> np.ndarray:
-    """Complex amplitudes (6,) per wave amplitude of the motions `IN_PLANE` in a small wave, over
-    its last twenty periods."""
+    """Complex amplitudes (6,) of `IN_PLANE` per wave amplitude, over the last twenty periods."""
     period = 2.0 * pi / w
-    scene = scene_of(
-        environment__waves__amplitude=SMALL,
-        environment__waves__period=period,
-        solver__kinematics=kinematics,
-        duration=400.0 + 20.0 * period,
-    )
+    wave = {"environment__waves__amplitude": SMALL, "environment__waves__period": period}
+    duration = 400.0 + 20.0 * period
+    scene = scene_of(**wave, solver__kinematics=kinematics, duration=duration)
     run = hs.simulate(scene)
     late = run.sel(time=slice(run.time.values[-1] - 20.0 * period, None))
     t = late.time.values

@@ -1,7 +1,5 @@
 """Scenes that are the same but for where they are, or how they are told."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -11,57 +9,11 @@ from jointed import places, rotations
 from scipy.spatial.transform import Rotation
 
 from hydrosim.dofs import about_z
-from hydrosim.elements import AppliedForce, Fender, LinearMooring, Spring
-from hydrosim.scene import Body, ForceElement, Joint, JointResistance, JointType, Scene, Stream
+from hydrosim.elements import Spring
+from hydrosim.scene import Body, ForceElement, Joint, JointResistance, JointType, Scene
 
 MIRRORED = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.FIXED}
 """Joints whose motions about the same axis are the opposite when seen from the other body."""
-
-
-def turned(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scene:
-    """The whole scene turned about the vertical through the origin, then shifted. Joints are in the
-    frames of their bodies and stay as they are."""
-    R = about_z(by)
-    water = scene.environment
-    return replace(
-        scene,
-        bodies=tuple(_turned_body(body, R, by, shift) for body in scene.bodies),
-        forces={name: _turned_force(e, R, shift) for name, e in scene.forces.items()},
-        environment=replace(
-            water, current=_turned_stream(water.current, by), wind=_turned_stream(water.wind, by)
-        ),
-    )
-
-
-def _turned_body(body: Body, R: np.ndarray, by: float, shift: Sequence[float]) -> Body:
-    q, v = np.array(body.position), np.array(body.velocity)
-    place = (R @ [*body.location, 0.0])[:2] + shift
-    return replace(
-        body,
-        location=tuple(place),
-        heading=body.heading + by,
-        position=(*(R @ q[:3]), *q[3:]),
-        velocity=(*(R @ v[:3]), *(R @ v[3:])),
-    )
-
-
-def _turned_force(e: ForceElement, R: np.ndarray, shift: Sequence[float]) -> ForceElement:
-    if isinstance(e, LinearMooring):  # angles are the body's own
-        T = np.eye(6)
-        T[:3, :3] = R
-        damping = None if e.damping is None else T @ e.damping @ T.T
-        return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
-    if isinstance(e, Spring) and e.anchor_body is None:
-        return replace(e, anchor=tuple(R @ e.anchor + [*shift, 0.0]))
-    if isinstance(e, Fender) and e.plane.body is None:
-        point = tuple(R @ e.plane.point + [*shift, 0.0])
-        return replace(e, plane=replace(e.plane, point=point, normal=tuple(R @ e.plane.normal)))
-    assert not isinstance(e, AppliedForce) or e.frame == "body"
-    return e
-
-
-def _turned_stream(stream: Stream, by: float) -> Stream:
-    return replace(stream, heading=stream.heading + by)
 
 
 def points(run: xr.Dataset, scene: Scene) -> np.ndarray:
@@ -77,16 +29,11 @@ def turned_back(found: np.ndarray, by: float, shift: Sequence[float] = (0.0, 0.0
 
 def renamed(scene: Scene, names: Mapping[str, str]) -> Scene:
     """The same scene with other names of its bodies."""
-    joints = {
-        name: replace(told, body=names[told.body], to=names.get(told.to or ""))
-        for name, told in scene.joints.items()
-    }
-    return replace(
-        scene,
-        bodies=tuple(replace(body, name=names[body.name]) for body in scene.bodies),
-        joints=joints,
-        forces={name: _renamed_force(e, names) for name, e in scene.forces.items()},
-    )
+    told = {n: (j, names[j.body], names.get(j.to or "")) for n, j in scene.joints.items()}
+    joints = {n: replace(joint, body=body, to=to) for n, (joint, body, to) in told.items()}
+    bodies = tuple(replace(body, name=names[body.name]) for body in scene.bodies)
+    forces = {name: _renamed_force(e, names) for name, e in scene.forces.items()}
+    return replace(scene, bodies=bodies, joints=joints, forces=forces)
 
 
 def _renamed_force(e: ForceElement, names: Mapping[str, str]) -> ForceElement:
@@ -113,15 +60,10 @@ def swapped(scene: Scene, name: str) -> Scene:
     turn = to_R.T @ R
     axes = told.axes() @ turn.T
     first, second = (1, 0) if told.type == JointType.UNIVERSAL else (0, 1)
-    other = replace(
-        told,
-        body=told.to,
-        to=told.body,
-        point=tuple(to_R.T @ (place + R @ told.point - to_place)),
-        axis=tuple(axes[first]),
-        second=tuple(axes[second]),
-        resistances=_opposite(told, turn),
-    )
+    point = tuple(to_R.T @ (place + R @ told.point - to_place))
+    lines = {"axis": tuple(axes[first]), "second": tuple(axes[second])}
+    ends = {"body": told.to, "to": told.body, "point": point}
+    other = replace(told, **ends, **lines, resistances=_opposite(told, turn))
     return replace(scene, joints={**scene.joints, name: other})
 
 
@@ -164,6 +106,5 @@ def _started(scene: Scene, body: Body, root: str, run: xr.Dataset) -> Body:
     offset = places(run, root)[0] - place
     yaw, pitch, roll = Rotation.from_matrix(rotations(run, root)[0]).as_euler("ZYX")
     velocity = run.velocity.sel(body=root).values[0]
-    return replace(
-        body, position=(*offset, roll, pitch, yaw - body.heading), velocity=tuple(velocity)
-    )
+    position = (*offset, roll, pitch, yaw - body.heading)
+    return replace(body, position=position, velocity=tuple(velocity))

@@ -1,22 +1,31 @@
 """Catenaries on bodies: against independent equations, energy, invariance, restarts, events."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from math import asinh, sqrt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from moored_block import AFLOAT, DEPTH, line, lines, moored
-from scenes import block, moving, observed_orders, scene, with_step
+from scenes import (
+    ROOT,
+    assert_continues,
+    block,
+    mooring,
+    moving,
+    observed_orders,
+    scene,
+    turned_scene,
+    with_step,
+)
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
 
 import hydrosim as hs
-from hydrosim.elements import Drive, Harmonic, LinearMooring, Table
+from hydrosim.dofs import about_z
+from hydrosim.elements import Catenary, Drive, Harmonic, Table
 from hydrosim.elements.line.kind import drag_points, linearise_random
 from hydrosim.errors import InputError
 from hydrosim.linear.linearise import linearise
@@ -24,8 +33,48 @@ from hydrosim.linear.modes import natural_modes
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Active, Environment, Kinematics, Method, Scene, Start, When
 
-DATABASE = Path(__file__).parents[3] / "hydro_db" / "sphere.nc"
+DEPTH = 50.0
 WATER = Environment(water_depth=DEPTH)
+AFLOAT = mooring(heave=4e5, roll=4e7, pitch=4e7)
+
+
+def line(
+    point: Sequence[float],
+    anchor: Sequence[float],
+    length: Sequence[float],
+    weight: Sequence[float],
+    stiffness: Sequence[float],
+    hung: Sequence[float] | None = None,
+    friction: float | None = 0.0,
+    **more: Any,
+) -> Catenary:
+    """A catenary from the block, without drag."""
+    nothing = np.zeros(len(length))
+    arrays = [np.array(x, float) for x in (length, weight, stiffness)]
+    arrays += [nothing if hung is None else np.array(hung, float), nothing]
+    return Catenary("block", tuple(point), tuple(anchor), *arrays, friction, **more)
+
+
+def lines(friction: float = 0.0) -> dict[str, Catenary]:
+    """Three lines, the first of two segments with a clump between them."""
+    two = ((58.0, 56.0), (1200.0, 800.0), (3e7, 2e7), (2e4, 0.0), friction)
+    one = ((100.0,), (1e3,), (4e7,), (0.0,), friction)
+    return {
+        "ahead": line((10.0, 1.0, -2.0), (110.0, 0.0, -DEPTH), *two),
+        "astern": line((-10.0, 1.0, -2.0), (-100.0, 20.0, -DEPTH), *one),
+        "abeam": line((0.0, -5.0, -2.0), (0.0, -90.0, -DEPTH), *one),
+    }
+
+
+def moored(
+    friction: float = 0.0, step: float = 0.1, duration: float = 10.0, **solver: Any
+) -> Scene:
+    """The block on three lines, thrown so that touch-downs pass the clump and the anchors."""
+    speed = moving(surge=1.5, sway=0.5, heave=1.0, pitch=0.02)
+    thrown = block(4e5, position=moving(heave=-5.0), velocity=speed)
+    forces = {"afloat": AFLOAT, **lines(friction)}
+    found = scene(thrown, forces, duration, 0.2, method=Method.RK4, step=step, **solver)
+    return replace(found, environment=WATER)
 
 
 def test_tension_converges_at_the_order_of_the_method_through_kinks() -> None:
@@ -64,27 +113,28 @@ def jonkman(H: float, V: float, L: float, w: float, EA: float, CB: float) -> tup
     return x, H / w * (sqrt(1.0 + (V / H) ** 2) - 1.0) + V * V / (2.0 * EA * w)
 
 
-def test_motion_against_independent_equations(validated: Callable[..., None]) -> None:
+def solve_jonkman(
+    span: float, height: float, *pars: Any, xtol: float = 1e-13
+) -> tuple[float, float]:
+    """H and V at the end of a line; ``pars`` are those of `jonkman`, and a guess."""
+    *line_pars, guess = pars
+    found = fsolve(lambda p: np.subtract(jonkman(*p, *line_pars), (span, height)), guess, xtol=xtol)
+    return found[0], found[1]
+
+
+def test_motion_against_independent_equations(validated) -> None:
     """A body in surge, heave and pitch on two lines, integrated by DOP853 with its own lines."""
     ends = {"ahead": ((10.0, 0.0, -2.0), 110.0), "astern": ((-10.0, 0.0, -1.0), -105.0)}
     L, w, EA, CB = 118.0, 1000.0, 4e7, 0.4
-    forces = {
-        name: line(point, (anchor, 0.0, -DEPTH), (L,), (w,), (EA,), friction=CB)
-        for name, (point, anchor) in ends.items()
-    }
-    body = block(
-        4e5,
-        ("surge", "heave", "pitch"),
-        position=moving(surge=1.0),
-        velocity=moving(surge=0.8, heave=0.3, pitch=0.03),
-    )
-    hold = LinearMooring("block", np.diag([0.0, 0.0, 4e5, 0.0, 4e7, 0.0]))
-    run = hs.simulate(
-        replace(
-            scene(body, {"hold": hold, **forces}, 10.0, 0.5, step=0.005, method=Method.RK4),
-            environment=WATER,
-        )
-    )
+    forces = {}
+    for name, (point, anchor) in ends.items():
+        forces[name] = line(point, (anchor, 0.0, -DEPTH), (L,), (w,), (EA,), friction=CB)
+    start = [1.0, 0.0, 0.0, 0.8, 0.3, 0.03]
+    at = {"position": moving(surge=1.0), "velocity": moving(surge=0.8, heave=0.3, pitch=0.03)}
+    body = block(4e5, ("surge", "heave", "pitch"), **at)
+    hold = mooring(heave=4e5, pitch=4e7)
+    whole = scene(body, {"hold": hold, **forces}, 10.0, 0.5, step=0.005, method=Method.RK4)
+    run = hs.simulate(replace(whole, environment=WATER))
     guess = dict.fromkeys(ends, (4e4, 6e4))
 
     def rates(_: float, y: np.ndarray) -> np.ndarray:
@@ -93,17 +143,12 @@ def test_motion_against_independent_equations(validated: Callable[..., None]) ->
         for name, ((px, _y, pz), anchor) in ends.items():
             rx, rz = px * np.cos(a) + pz * np.sin(a), -px * np.sin(a) + pz * np.cos(a)
             span, height = abs(anchor - x - rx), DEPTH + z + rz
-            H, V = fsolve(
-                lambda p, s=span, h=height: np.subtract(jonkman(*p, L, w, EA, CB), (s, h)),
-                guess[name],
-                xtol=1e-13,
-            )
+            H, V = solve_jonkman(span, height, L, w, EA, CB, guess[name])
             guess[name] = (H, V)
             F = np.array([np.sign(anchor) * H, -V])
             force += [*F, rz * F[0] - rx * F[1]]
         return np.array([*y[3:], *(force / [4e5, 4e5, 4 * 4e5])])
 
-    start = [1.0, 0.0, 0.0, 0.8, 0.3, 0.03]
     found = solve_ivp(rates, (0.0, 10.0), start, "DOP853", run.time.values, rtol=1e-11, atol=1e-12)
     mine = run.position.values[:, 0][:, [0, 2, 4]]
     error = np.abs(mine - found.y[:3].T).max()
@@ -112,37 +157,14 @@ def test_motion_against_independent_equations(validated: Callable[..., None]) ->
 
 
 def test_a_restart_is_the_same_to_the_bit() -> None:
-    case = moored(0.6, 0.1)
-    whole = hs.simulate(case)
-    half = hs.simulate(replace(case, duration=5.0))
-    rest = hs.simulate(replace(case, duration=5.0, initial=Start(half)))
-    later = whole.sel(time=rest.time.values)
-    for name in (
-        "position",
-        "velocity",
-        "line_tension",
-        "line_grounded",
-        "energy_dissipated_astern",
-    ):
-        assert np.array_equal(rest[name].values, later[name].values), name
+    case = replace(moored(0.6, 0.1), output_states=True)
+    names = ("position", "velocity", "line_tension", "line_grounded", "energy_dissipated_astern")
+    assert_continues(case, hs.simulate(case), (5.0,), *names)
 
 
 def test_lines_on_the_earth_turn_with_the_scene() -> None:
-    angle = 2.0
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    here = moored(0.6, 0.1, 2.0)
-    (body,) = here.bodies
-    velocity = (*(R @ body.velocity[:3]), *(R @ body.velocity[3:]))
-    turned = {
-        name: replace(each, anchor=tuple(R @ each.anchor)) for name, each in lines(0.6).items()
-    }
-    there = replace(
-        here,
-        bodies=(replace(body, heading=angle, velocity=velocity),),
-        forces={"afloat": AFLOAT, **turned},
-    )
-    one, other = hs.simulate(here), hs.simulate(there)
+    here, R = moored(0.6, 0.1, 2.0), about_z(2.0)
+    one, other = hs.simulate(here), hs.simulate(turned_scene(here, 2.0))
     assert np.abs(other.line_tension / one.line_tension - 1.0).max() < 1e-10
     moved = one.position.values[:, 0, :3] @ R.T
     assert np.abs(other.position.values[:, 0, :3] - moved).max() < 1e-10
@@ -156,22 +178,17 @@ def test_rest_is_where_a_root_finder_finds_it() -> None:
         for name, s in (("ahead", 1.0), ("astern", -1.0))
     }
     body = block(4e5, ("surge", "heave"))
-    hold = LinearMooring("block", np.diag([0.0, 0.0, 4e5, 0.0, 0.0, 0.0]))
+    hold = mooring(heave=4e5)
     case = scene(body, {"hold": hold, **forces}, 0.1, 0.1)
     run = hs.simulate(replace(case, environment=WATER, at_rest=True))
 
     def off(u: np.ndarray) -> list[float]:
         x, z, H, V1, V2 = u * [1.0, 1.0, 1e4, 1e4, 1e4]
-        ahead = jonkman(H, V1, L["ahead"], 1e3, 4e7, 0.0)
-        astern = jonkman(H, V2, L["astern"], 1e3, 4e7, 0.0)
-        height = DEPTH - 2.0 + z
-        return [
-            ahead[0] - (100.0 - x),
-            ahead[1] - height,
-            astern[0] - (100.0 + x),
-            astern[1] - height,
-            (V1 + V2 + 4e5 * z) / 1e4,
-        ]
+        V, height = np.array([V1, V2]), DEPTH - 2.0 + z
+        tops = zip((H, H), (V1, V2), L.values(), strict=True)
+        ends = [jonkman(*top, 1e3, 4e7, 0.0) for top in tops]
+        spans = np.subtract(ends, [(100.0 - x, height), (100.0 + x, height)])
+        return [*spans.ravel(), (V.sum() + 4e5 * z) / 1e4]
 
     x, z, H, V1, _ = fsolve(off, [0.0, -0.3, 4.0, 6.0, 6.0], xtol=1e-14)
     position = run.position.values[0, 0]
@@ -184,17 +201,9 @@ def between(duration: float, **changes: object) -> Scene:
     """Two blocks on one line that hangs between them."""
     apart = block(3e5, position=moving(surge=0.5), velocity=moving(surge=-0.6, sway=0.3))
     other = block(2e5, name="carrier", location=(60.0, 0.0), velocity=moving(sway=-0.4, yaw=0.01))
-    tow = line(
-        (5.0, 0.0, 1.0),
-        (-5.0, 0.0, 2.0),
-        (30.0, 26.0),
-        (300.0, 500.0),
-        (2e7, 2e7),
-        (5e3, 0.0),
-        friction=None,
-        anchor_body="carrier",
-        **changes,
-    )
+    pieces = ((30.0, 26.0), (300.0, 500.0), (2e7, 2e7), (5e3, 0.0))
+    ends = {"friction": None, "anchor_body": "carrier", **changes}
+    tow = line((5.0, 0.0, 1.0), (-5.0, 0.0, 2.0), *pieces, **ends)
     return scene((apart, other), {"tow": tow}, duration, 0.2, step=0.005, method=Method.RK4)
 
 
@@ -211,18 +220,16 @@ def test_two_bodies_on_one_line() -> None:
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("CB", [0.0, 0.5])
-def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[..., None]) -> None:
+def test_a_fairlead_on_a_circle(sense: float, CB: float, validated) -> None:
     """Two drives lead the fairlead once round a circle of 5 m in the plane of the line. Their
     forces are those of Jonkman's equations, and so is their work, by a quadrature. With friction of
     the bed a closed way takes work, of either sign by direction, and else none."""
     L, w, EA, radius, turn, mass = 850.0, 1200.0, 6e8, 5.0, 60.0, 1e4
     moor = line((0.0, 0.0, 0.0), (780.0, 0.0, -200.0), (L,), (w,), (EA,), friction=CB)
     rate = 2.0 * np.pi / turn
-    forces = {
-        "along": Drive("block", dof="surge", position=Harmonic(radius, turn, phase=np.pi / 2)),
-        "up": Drive("block", dof="heave", position=Harmonic(sense * radius, turn)),
-        "bow": moor,
-    }
+    along = Drive("block", dof="surge", position=Harmonic(radius, turn, phase=np.pi / 2))
+    up = Drive("block", dof="heave", position=Harmonic(sense * radius, turn))
+    forces = {"along": along, "up": up, "bow": moor}
     case = scene(block(mass, ("surge", "heave")), forces, turn, 0.15, method=Method.RK4)
     run = hs.simulate(replace(case, environment=Environment(water_depth=200.0)))
     pulls = []
@@ -230,16 +237,11 @@ def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[...
     path = radius * np.exp(1j * rate * run.time.values)  # x, and z in the sense
     for place in path:
         x, z = place.real, sense * place.imag
-        guess = fsolve(
-            lambda p, s=780.0 - x, h=200.0 + z: np.subtract(jonkman(*p, L, w, EA, CB), (s, h)),
-            guess,
-            xtol=1e-11,
-        )
+        guess = solve_jonkman(780.0 - x, 200.0 + z, L, w, EA, CB, guess, xtol=1e-11)
         pulls.append(guess)
     H, V = np.array(pulls).T
-    forces_along = np.array(
-        [-mass * rate**2 * path.real - H, sense * -mass * rate**2 * path.imag + V]
-    )
+    along = [-mass * rate**2 * path.real - H, sense * -mass * rate**2 * path.imag + V]
+    forces_along = np.array(along)
     found = run.drive_force.values.T
     error = np.abs(found - forces_along).max() / np.ptp(forces_along, axis=1).max()
     claim, against = "force of a fairlead that is led on a circle", "Jonkman's equations"
@@ -250,10 +252,8 @@ def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[...
     work = CubicSpline(run.time.values, power).antiderivative()(run.time.values)
     booked = run.energy_work_along.values + run.energy_work_up.values
     error = np.abs(booked - work).max() / np.ptp(work)
-    claim, against = (
-        "work of a fairlead that is led on a circle",
-        "quadrature of Jonkman's equations",
-    )
+    claim = "work of a fairlead that is led on a circle"
+    against = "quadrature of Jonkman's equations"
     validated(Kind.CLOSED_FORM, claim, against, error, 1e-5, *features)
     assert abs(booked[-1]) > 300.0 if CB > 0.0 else abs(booked[-1]) < 1e-5 * np.ptp(work)
     assert float(run.energy_dissipated_bow[-1]) == pytest.approx(booked[-1], rel=1e-6, abs=1.0)
@@ -267,15 +267,14 @@ def test_a_line_that_is_paid_out() -> None:
     length = np.interp(run.time.values[-1], paid.time, paid.value)
     still = between(0.2)
     tow = still.forces["tow"]
-    bodies = tuple(
+    bodies = [
         replace(body, position=tuple(run.position.values[-1, b]), velocity=(0.0,) * 6)
         for b, body in enumerate(still.bodies)
-    )
+    ]
     tow = replace(tow, length=np.array([length, 26.0]))
-    there = hs.simulate(replace(still, bodies=bodies, forces={"tow": tow}))
-    assert float(there.line_tension[0, 0]) == pytest.approx(
-        float(run.line_tension[-1, 0]), rel=1e-9
-    )
+    there = hs.simulate(replace(still, bodies=tuple(bodies), forces={"tow": tow}))
+    tension = float(run.line_tension[-1, 0])
+    assert float(there.line_tension[0, 0]) == pytest.approx(tension, rel=1e-9)
 
 
 def test_a_line_parts_at_its_tension() -> None:
@@ -329,30 +328,24 @@ def test_natural_period_of_a_moored_body() -> None:
     case = replace(scene(block(mass, ("surge",)), forces, 1.0, 0.1), environment=WATER)
 
     def pull(x: float) -> float:
-        solved = fsolve(
-            lambda p: np.subtract(jonkman(*p, L, w, EA, 0.0), (x, DEPTH - 2.0)),
-            (4e4, 6e4),
-            xtol=1e-14,
-        )
-        return float(solved[0])
+        return float(solve_jonkman(x, DEPTH - 2.0, L, w, EA, 0.0, (4e4, 6e4), xtol=1e-14)[0])
 
     stiffness = 2.0 * (pull(100.01) - pull(99.99)) / 0.02
     modes = natural_modes(linearise(*hs.compile_scene(case)))
-    assert modes[0].natural_period == pytest.approx(
-        2.0 * np.pi * np.sqrt(mass / stiffness), rel=1e-6
-    )
+    period = 2.0 * np.pi * np.sqrt(mass / stiffness)
+    assert modes[0].natural_period == pytest.approx(period, rel=1e-6)
 
 
-SEA = """
+SEA = f"""
 title: Sphere on two lines with drag
 duration: 90 s
 environment:
   water_depth: infinite
   water_density: 1000 kg/m^3
-  waves: {spectrum: regular, amplitude: 0.5 m, period: 6 s, heading: 0 deg, ramp: 30 s}
+  waves: {{spectrum: regular, amplitude: 0.5 m, period: 6 s, heading: 0 deg, ramp: 30 s}}
 bodies:
   ball:
-    hydrodynamics: DATABASE
+    hydrodynamics: {ROOT}/hydro_db/sphere.nc
     mass: 261.8e3 kg
     centre_of_gravity: [0 m, 0 m, -2 m]
     radii_of_gyration: [2.54 m, 2.54 m, 3.16 m]
@@ -364,19 +357,21 @@ forces:
     point: [0 m, 0 m, -1 m]
     anchor: [60 m, 0 m, -40 m]
     segments:
-      - {length: 75 m, weight: 300 N/m, stiffness: 30 MN, drag: {coefficient: 2.4, diameter: 0.1 m}}
-  astern: {<<: *line, anchor: [-60 m, 0 m, -40 m]}
+      - length: 75 m
+        weight: 300 N/m
+        stiffness: 30 MN
+        drag: {{coefficient: 2.4, diameter: 0.1 m}}
+  astern: {{<<: *line, anchor: [-60 m, 0 m, -40 m]}}
 initial: at_rest
-solver: {method: rk4, step: 0.1 s}
-output: {step: 0.1 s}
+solver: {{method: rk4, step: 0.1 s}}
+output: {{step: 0.1 s}}
 """
 
 
 def test_drag_is_the_fixed_point_that_the_run_has(tmp_path: Path) -> None:
-    """c = 8/(3 pi) a 1/2 rho C D L/4, with the amplitude a of the velocity across the line in the
-    run itself; kept by a run that continues."""
+    """8/(3 pi) a 1/2 rho C D L/4 with the run's own amplitude a; a run that continues keeps it."""
     path = tmp_path / "ball.yaml"
-    path.write_text(SEA.replace("DATABASE", str(DATABASE)))
+    path.write_text(SEA)
     run = hs.simulate(path)
     late = run.sel(time=slice(66.0, 90.0))
     tension, H = late.line_tension.mean("time").values, late.line_horizontal.mean("time").values
@@ -396,7 +391,7 @@ def test_drag_is_the_fixed_point_that_the_run_has(tmp_path: Path) -> None:
 
 def test_tension_with_drag_converges_at_the_order_of_the_method(tmp_path: Path) -> None:
     path = tmp_path / "ball.yaml"
-    path.write_text(SEA.replace("DATABASE", str(DATABASE)))
+    path.write_text(SEA)
     short = {"duration": "40 s", "output.step": "0.2 s"}
     steps = (0.2, 0.1, 0.05, 0.0125)
     cases = [hs.load_case(path, {**short, "solver.step": f"{h} s"}) for h in steps]

@@ -1,7 +1,5 @@
 """Random moored scenes, a few of those that `tests.generators.scene_trials` runs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 
@@ -60,8 +58,7 @@ def test_a_moored_case_is_turned_as_a_whole() -> None:
 
 @pytest.mark.parametrize("number", few(range(FIRST, FIRST + 12), 4))
 def test_a_random_moored_scene(number: int) -> None:
-    """It runs or says why not; its ledger is closed; turned, it turns; it goes on to the bit from a
-    state on the way."""
+    """It runs or says why not; its ledger closes; turned, it turns; it goes on to the bit."""
     trial = tried(moored_case, number)
     assert trial.status in ("complete", "failed", "refused"), trial.said
     assert trial.said or trial.status == "complete"

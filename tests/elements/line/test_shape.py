@@ -1,9 +1,7 @@
 """Lines in their plane, against extended precision, MoorPy, OrcaFlex, and work along paths."""
 
-from __future__ import annotations
-
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from math import inf, log, nan, pi
 from typing import Any
@@ -12,21 +10,10 @@ import numpy as np
 import pytest
 from validation_data import unpacked
 
-from hydrosim.elements.line.hang import SuspendedLine
+from hydrosim.elements.line import shape
+from hydrosim.elements.line.hang import SuspendedLine, new_pieces
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.search import length_rates, stiffness, stored_energy
-from hydrosim.elements.line.shape import (
-    BELOW,
-    BURIED,
-    FLOATS,
-    SOLVED,
-    TWICE,
-    LinePull,
-    find_profile,
-    kink_room,
-    solve,
-)
-from hydrosim.multibody.kinematics import LINE_PIECE
 from hydrosim.report.evidence import Feature, Kind
 
 Line = tuple[np.ndarray, float, float, float, float]
@@ -37,16 +24,16 @@ MIXED = ((100.0, 500.0, 1e8, 0.0), (200.0, 100.0, 2e7, 5e4), (400.0, 800.0, 1e8,
 
 def line(*rows: tuple[float, ...], x: float, z: float, bed: float = 0.0, CB: float = 0.0) -> Line:
     """A line of rows of length, weight, EA and hung."""
-    return np.array(list(rows), dtype=LINE_PIECE), float(x), float(z), float(bed), float(CB)
+    return new_pieces(*np.array(rows).T), float(x), float(z), float(bed), float(CB)
 
 
 def suspended(case: Line) -> SuspendedLine:
     return SuspendedLine(case[0], 0, case[0].size, *case[1:])
 
 
-def pull(case: Line, H: float = nan, V: float = nan) -> LinePull:
+def pull(case: Line, H: float = nan, V: float = nan) -> shape.LinePull:
     """Its solution from a guess."""
-    return LinePull(*solve(suspended(case), H, V))
+    return shape.LinePull(*shape.solve(suspended(case), H, V))
 
 
 def of(function: Any, case: Line, *more: object) -> Any:
@@ -81,24 +68,20 @@ def table(name: str) -> list[dict[str, float]]:
 def exact_lines() -> Iterator[tuple[Line, dict[str, float]]]:
     """Lines whose pull and stiffness are known to 50 digits (tests/data/README.md)."""
     for row in table("exact"):
-        rows = [
-            tuple(row[f"{c}{i}"] for c in ("length", "weight", "stiffness", "hung"))
-            for i in range(1, 6)
-            if row[f"length{i}"] > 0.0
-        ]
+        names, pieces = ("length", "weight", "stiffness", "hung"), range(1, 6)
+        rows = [tuple(row[f"{c}{i}"] for c in names) for i in pieces if row[f"length{i}"] > 0.0]
         yield line(*rows, x=row["x"], z=row["z"], bed=row["bed"], CB=row["friction"]), row
 
 
-def error_of(p: LinePull, row: dict[str, float]) -> float:
+def error_of(p: shape.LinePull, row: dict[str, float]) -> float:
     """Error of both forces in parts of the tension."""
     tension = np.hypot(row["H"], row["V"])
     error = max(abs(p.H - row["H"]), abs(p.V - row["V"]))
     return float(error / tension) if tension > 0.0 else float(error)
 
 
-def test_extended_precision(validated: Callable[..., None]) -> None:
-    """300 random lines: slack to taut, stiff to soft, heavy and floating, up to five pieces with
-    clumps, on the bed and off it."""
+def test_extended_precision(validated) -> None:
+    """300 lines: slack to taut, soft to stiff, up to five pieces with clumps, on the bed or off."""
     errors = [error_of(pull(case), row) for case, row in exact_lines()]
     assert len(errors) == 300
     claim = "pull of 300 random mooring lines, of the tension"
@@ -122,9 +105,8 @@ def test_stiffness() -> None:
         exact = np.array([row[name] for name in ("Hx", "Hz", "Vx", "Vz")])
         if not np.any(np.isnan(exact)):
             found = of(stiffness, case)
-            np.testing.assert_allclose(
-                found, exact, rtol=0, atol=1e-8 * np.abs(exact).max() + 1e-12
-            )
+            tiny = 1e-8 * np.abs(exact).max() + 1e-12
+            np.testing.assert_allclose(found, exact, rtol=0, atol=tiny)
 
 
 def test_stiffness_straight_down() -> None:
@@ -134,12 +116,11 @@ def test_stiffness_straight_down() -> None:
     L, w, EA, _ = CHAIN
     assert p.H == 0.0
     assert p.V - p.anchor_V == pytest.approx(w * L)
-    np.testing.assert_allclose(
-        of(stiffness, case), (1 / (log(p.V / p.anchor_V) / w + L / EA), 0, 0, EA / L), atol=1e-9
-    )
+    exact = (1 / (log(p.V / p.anchor_V) / w + L / EA), 0, 0, EA / L)
+    np.testing.assert_allclose(of(stiffness, case), exact, atol=1e-9)
 
 
-def test_moorpy(validated: Callable[..., None]) -> None:
+def test_moorpy(validated) -> None:
     """500 random lines that MoorPy solves."""
     errors = []
     for row in table("moorpy"):
@@ -200,14 +181,7 @@ def test_inextensible() -> None:
         (600, 1500, 1700, 5232.6e3, 0.005),
     ],
 )
-def test_chains(
-    validated: Callable[..., None],
-    depth: float,
-    x: float,
-    length: float,
-    fairlead: float,
-    bound: float,
-) -> None:
+def test_chains(validated, depth, x, length, fairlead, bound):
     """MoorDyn's chains (tests/Mooring/WD0050_Chain.txt and the like): tension by OrcaFlex."""
     weight = (390.0 - 1025.0 * pi / 4 * 0.252**2) * 9.8
     p = pull(line((length, weight, 1.674e9, 0), x=x, z=depth))
@@ -228,9 +202,8 @@ def test_length_rates(name: str) -> None:
             pieces["length"][k] += h
             sides.append(np.array(pull((pieces, *case[1:]))[:2]))
         scale = max(np.abs(of(stiffness, case)).max(), 1.0)
-        np.testing.assert_allclose(
-            of(length_rates, case, k), (sides[0] - sides[1]) / 2e-4, rtol=0, atol=1e-6 * scale
-        )
+        slope = (sides[0] - sides[1]) / 2e-4
+        np.testing.assert_allclose(of(length_rates, case, k), slope, rtol=0, atol=1e-6 * scale)
 
 
 @pytest.mark.parametrize("name", [name for name, case in KINDS.items() if case[4] == 0.0])
@@ -242,7 +215,7 @@ def test_energy_is_work(name: str) -> None:
     work = 0.0
     for s, c in zip(nodes, weights, strict=True):
         case = (pieces, x + dx * s, z + dz * s, bed, 0.0)
-        assert of(find_profile, case) == of(find_profile, KINDS[name])
+        assert of(shape.find_profile, case) == of(shape.find_profile, KINDS[name])
         p = pull(case)
         work += c * (p.H * dx + p.V * dz)
     ends = [of(stored_energy, (pieces, x + s * dx, z + s * dz, bed, 0.0)) for s in (-1, 1)]
@@ -251,8 +224,7 @@ def test_energy_is_work(name: str) -> None:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_points(name: str) -> None:
-    """A fine polygon leads to the anchor; its tension and weight make the stored energy, and its
-    lowest point is on the bed or above."""
+    """A fine polygon leads to the anchor, on the bed or above; its tension and weight make U."""
     case = KINDS[name]
     pieces, x, _, bed, _ = case
     p = pull(case)
@@ -293,10 +265,10 @@ def test_kinks(name: str, start: float, end: float, profiles: int) -> None:
         return pieces, x, z, bed, CB
 
     def roomy(x: float, profile: int) -> float:
-        return of(kink_room, at(x), profile)
+        return of(shape.kink_room, at(x), profile)
 
     xs = np.linspace(start, end, 120)
-    seen = [of(find_profile, at(x)) for x in xs]
+    seen = [of(shape.find_profile, at(x)) for x in xs]
     assert len(dict.fromkeys(seen)) >= profiles
     for x, profile in zip(xs, seen, strict=True):
         assert roomy(x, profile) >= 0.0
@@ -304,9 +276,9 @@ def test_kinks(name: str, start: float, end: float, profiles: int) -> None:
         low, high = xs[i], xs[i + 1]
         while high - low > 1e-11 * end:
             middle = 0.5 * (low + high)
-            inside = of(find_profile, at(middle)) == seen[i]
+            inside = of(shape.find_profile, at(middle)) == seen[i]
             low, high = (middle, high) if inside else (low, middle)
-        before, after = of(find_profile, at(low)), of(find_profile, at(high))
+        before, after = of(shape.find_profile, at(low)), of(shape.find_profile, at(high))
         for profile, inner, outer in ((before, low, high), (after, high, low)):
             assert 0.0 <= roomy(inner, profile) < 1e-6
             assert -1e-6 < roomy(outer, profile) <= 0.0
@@ -320,17 +292,18 @@ def test_floating_pieces() -> None:
     for seed in range(300):
         rng = np.random.default_rng([7, seed])
         n = int(rng.integers(2, 6))
-        pieces = np.zeros(n, dtype=LINE_PIECE)
-        pieces["length"] = 10 ** rng.uniform(1.3, 3, n)
-        pieces["weight"] = 10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n)
-        pieces["stiffness"] = 10 ** rng.uniform(5, 9.5, n)
-        pieces["hung"] = rng.choice([-1, 0, 1], n) * 10 ** rng.uniform(3, 5.5, n)
+        pieces = new_pieces(
+            10 ** rng.uniform(1.3, 3, n),
+            10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n),
+            10 ** rng.uniform(5, 9.5, n),
+            rng.choice([-1, 0, 1], n) * 10 ** rng.uniform(3, 5.5, n),
+        )
         length = pieces["length"].sum()
         chord = length * rng.uniform(0.5, 1.05)
         angle = rng.uniform(0, pi / 2)
         case = (pieces, chord * np.cos(angle), chord * np.sin(angle), 0.0, 0.0)
         p = pull(case)
-        assert p.reason in (SOLVED, FLOATS, TWICE)
+        assert p.reason in (shape.SOLVED, shape.FLOATS, shape.TWICE)
         if not p.converged:
             continue
         solved += 1
@@ -355,10 +328,13 @@ def test_mirror() -> None:
 @pytest.mark.parametrize(
     ("case", "reason"),
     [
-        (line(CHAIN, x=900.0, z=-1.0), BELOW),
-        (line(CHAIN, x=900.0, z=200.0, bed=1.0), BURIED),
-        (line((400.0, 800.0, 7e8, 0), (400.0, 800.0, 7e8, -5e4), CHAIN, x=1500.0, z=150.0), FLOATS),
-        (line((300.0, 800.0, 7e8, 0), (10.0, -3e4, 7e8, 0), CHAIN, x=1100.0, z=60.0), TWICE),
+        (line(CHAIN, x=900.0, z=-1.0), shape.BELOW),
+        (line(CHAIN, x=900.0, z=200.0, bed=1.0), shape.BURIED),
+        (
+            line((400.0, 800.0, 7e8, 0), (400.0, 800.0, 7e8, -5e4), CHAIN, x=1500.0, z=150.0),
+            shape.FLOATS,
+        ),
+        (line((300.0, 800.0, 7e8, 0), (10.0, -3e4, 7e8, 0), CHAIN, x=1100.0, z=60.0), shape.TWICE),
     ],
 )
 def test_refused(case: Line, reason: int) -> None:

@@ -1,7 +1,5 @@
 """Winches and lengths over time: closed forms, and drums integrated apart from hydrosim."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, inf, pi, sin, sqrt
@@ -10,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from modes_apart import Event, integrate
-from scenes import block, moving, observed_orders, scene, steady, surge
+import scenes
+from modes_apart import Event, ModalMotion, integrate
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Harmonic, Spring, Table, TensionControl, Winch
+from hydrosim.elements import Harmonic, Spring, Table, TensionControl, Winch
 from hydrosim.elements.line.drum import (
     DRUM_INACTIVE,
     EMPTY,
@@ -28,10 +26,7 @@ from hydrosim.elements.line.drum import (
     STUCK,
 )
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.results.dataset import write_run
-from hydrosim.scene import Active, Scene, Start, When
 
-Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
 STRAIGHT = np.array([0.0, 1.0])
 MASS = 1e5  # kg
@@ -40,13 +35,16 @@ SPAN = 60.0  # m
 
 
 def test_hoist_at_constant_speed_in_closed_form() -> None:
-    """A mass at rest on a line of stiffness k, heaved in at v from 1 s on: its lag behind the
-    drum is v/w sin w(t - 1), and the drum gives the work of it."""
+    """Heaved in at v from 1 s on: its lag behind the drum is v/w sin w(t - 1)."""
     k, v = 4e6, 0.5
     w = sqrt(k / MASS)
     length = Table(np.array([1.0, 5.0]), np.array([30.0, 30.0 - 4.0 * v]))
-    line = Spring("block", ORIGIN, (0.0, 0.0, 30.0), length, STRAIGHT, k * STRAIGHT)
-    run = hs.simulate(scene(block(MASS, ("heave",)), {"line": line}, 4.0, 0.1, step=0.0025))
+    line = Spring(
+        "block", ORIGIN, (0.0, 0.0, 30.0), length, curve=hs.TensionCurve(STRAIGHT, k * STRAIGHT)
+    )
+    run = hs.simulate(
+        scenes.scene(scenes.block(MASS, ("heave",)), {"line": line}, 4.0, 0.1, step=0.0025)
+    )
     t = np.maximum(run.time.values - 1.0, 0.0)
     slack = np.pi / w  # until then it pulls
     taut = t <= slack
@@ -66,8 +64,8 @@ def test_hoist_on_a_wire_is_that_of_an_independent_integration() -> None:
     length = Harmonic(-2.0, 40.0, l00)
     w = 2.0 * pi / 40.0
     winch = Winch("block", ORIGIN, (0.0, 0.0, 30.0), EA, length, damping=c)
-    forces = {"hoist": winch, "weight": steady(heave=-weight)}
-    run = hs.simulate(scene(block(MASS, ("heave",)), forces, 10.0, 0.1, step=0.002))
+    forces = {"hoist": winch, "weight": scenes.steady(heave=-weight)}
+    run = hs.simulate(scenes.scene(scenes.block(MASS, ("heave",)), forces, 10.0, 0.1, step=0.002))
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         l0, speed = l00 - 2.0 * sin(w * t), -2.0 * w * cos(w * t)
@@ -102,16 +100,14 @@ class Drum:
         """Length off the drum at which the set tension acts."""
         return SPAN / (1.0 + SET / self.EA)
 
-    def scene(self, step: float, **solver: Any) -> Scene:
+    def scene(self, step: float, **solver: Any) -> hs.Scene:
         control = TensionControl(SET, self.speed, self.dead_band, *self.friction)
-        winch = Winch(
-            *("block", ORIGIN, (-SPAN, 0.0, 0.0), self.EA, None, control, self.ends),
-            damping=self.damping,
-        )
-        push = AppliedForce("block", ORIGIN, {"surge": Harmonic(self.swing, 7.0, SET)})
-        body = block(self.mass, ("surge",))
+        shape = ("block", ORIGIN, (-SPAN, 0.0, 0.0), self.EA, None, control, self.ends)
+        winch = Winch(*shape, damping=self.damping)
+        push = scenes.central_force(surge=Harmonic(self.swing, 7.0, SET))
+        body = scenes.block(self.mass, ("surge",))
         forces = {"winch": winch, "push": push}
-        return scene(body, forces, self.duration, 0.1, step=step, **solver)
+        return scenes.scene(body, forces, self.duration, 0.1, step=step, **solver)
 
     def pull(self, y: np.ndarray, mode: str) -> tuple[float, float]:
         """Tension and speed of pay-out in a mode."""
@@ -151,18 +147,18 @@ class Drum:
             found.append((lambda t, y, m: self.pull(y, m)[0] - self.low, self.begins("in")))
         if mode in ("out", "in"):
             way = turning[mode]
-            found.append((lambda t, y, m: way * self.pull(y, m)[1], lambda t, y: "stuck"))
+            found.append((lambda t, y, m: way * self.pull(y, m)[1], "stuck"))
             fast = f"fast {mode}"
-            room: Event = (lambda t, y, m: self.speed - way * self.pull(y, m)[1], lambda t, y: fast)
+            room: Event = (lambda t, y, m: self.speed - way * self.pull(y, m)[1], fast)
             found.append(room)
         if mode == "fast out":
             found.append((lambda t, y, m: self.pull(y, m)[0] - self.high, self.back("out")))
         if mode == "fast in":
             found.append((lambda t, y, m: self.low - self.pull(y, m)[0], self.back("in")))
         if turning.get(mode) == 1.0:
-            found.append((lambda t, y, m: self.ends[1] - y[2], lambda t, y: "empty"))
+            found.append((lambda t, y, m: self.ends[1] - y[2], "empty"))
         if turning.get(mode) == -1.0:
-            found.append((lambda t, y, m: y[2] - self.ends[0], lambda t, y: "full"))
+            found.append((lambda t, y, m: y[2] - self.ends[0], "full"))
         return found
 
     def begins(self, side: str) -> Callable[[float, np.ndarray], str]:
@@ -174,7 +170,7 @@ class Drum:
         way = 1.0 if side == "out" else -1.0
         return lambda t, y: side if way * self.pull(y, side)[1] > 0.0 else "stuck"
 
-    def integrate(self, times: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    def integrate(self, times: np.ndarray) -> ModalMotion:
         first = [0.0, 0.0, self.start, 0.0, 0.0]
         return integrate(self.rates, self.ends_of, "stuck", first, times)
 
@@ -190,35 +186,31 @@ DRUMS = {
 
 
 @pytest.mark.parametrize("name", DRUMS)
-def test_a_slipping_drum_is_that_of_an_independent_integration(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_slipping_drum_is_that_of_an_independent_integration(name, figure, validated):
     """Place, length off the drum, work and friction, through stick, slip, the largest speed and the
     ends of the drum: to 1e-9 of their ranges at the smallest step, at order 4."""
     drum, step = DRUMS[name]
     steps = (step, step / 2.0, step / 4.0)
     runs = [hs.simulate(drum.scene(h)) for h in steps]
-    exact, modes = drum.integrate(runs[0].time.values)
+    exact, modes, _ = drum.integrate(runs[0].time.values)
+    parts = [(r.winch_length, r.winch_work, r.winch_friction_loss) for r in runs]
     own = [
-        np.stack(
-            [surge(r), r.winch_length[:, 0], r.winch_work[:, 0], r.winch_friction_loss[:, 0]], 1
-        )
-        for r in runs
+        np.stack([scenes.surge(r), *(x[:, 0] for x in p)], 1)
+        for r, p in zip(runs, parts, strict=True)
     ]
     ranges = np.ptp(exact[:, [0, 2, 3, 4]], axis=0)
     errors = np.array([np.abs((x - exact[:, [0, 2, 3, 4]]) / ranges).max() for x in own])
-    figure("order", observed_orders(steps, errors)[-1])
+    figure("order", scenes.observed_orders(steps, errors)[-1])
     claim = "mass on a winch whose drum sticks, slips and meets its ends, of the ranges"
     validated(Kind.INDEPENDENT, claim, "DOP853 by events", errors[-1], 1e-9, Feature.WINCHES)
-    assert observed_orders(steps, errors)[-1] >= 3.7
+    assert scenes.observed_orders(steps, errors)[-1] >= 3.7
     assert [run.solver_events for run in runs] == [len(modes) - 1] * 3
     assert {NAMES[m] for m in modes} >= {*np.unique(runs[-1].winch_mode)}
     assert np.abs(runs[-1].energy_residual).max() <= 1e-9 * np.abs(exact[:, 3:]).max()
 
 
 def test_the_drum_slips_between_700_and_1100_tonnes() -> None:
-    """The manual's example: 1000 t, friction 0.3 inwards and 0.1 outwards. Work is T0 l0', loss is
-    f T0 |l0'|, and both together are what the wire gives."""
+    """The manual's 1000 t, friction 0.3 in, 0.1 out: work T0 l0', loss f T0 |l0'|, of the wire."""
     run = hs.simulate(Drum(speed=inf, duration=7.0).scene(0.0125))
     mode = run.winch_mode.values[:, 0]
     tension = run.winch_tension.values[:, 0] / 9810.0
@@ -237,8 +229,8 @@ def test_a_drum_with_an_acceleration_comes_to_rest_in_its_band() -> None:
     """A push of 1.5 T0 that stays: the drum speeds up at a, and pays out at its largest speed."""
     control = TensionControl(SET, 0.5, 0.1, acceleration=0.2)
     winch = Winch("block", ORIGIN, (-SPAN, 0.0, 0.0), 4e8, None, control, (5.0, 200.0), 0.05)
-    forces = {"winch": winch, "push": AppliedForce("block", ORIGIN, {"surge": STEP_UP})}
-    run = hs.simulate(scene(block(1e5, ("surge",)), forces, 10.0, 0.05, step=0.0025))
+    forces = {"winch": winch, "push": scenes.central_force(surge=STEP_UP)}
+    run = hs.simulate(scenes.scene(scenes.block(1e5, ("surge",)), forces, 10.0, 0.05, step=0.0025))
     speed = run.winch_speed.values[:, 0]
     assert speed.max() == pytest.approx(0.5, rel=1e-12)
     assert np.abs(np.diff(speed)).max() <= 0.2 * 0.05 * (1.0 + 1e-9)
@@ -253,8 +245,8 @@ def test_a_snap_is_that_of_the_energy() -> None:
     """A mass that runs into a slack wire at v is stopped by v sqrt(k m) [closed form]."""
     EA, v = 4e7, 1.5
     winch = Winch("block", ORIGIN, (-SPAN, 0.0, 0.0), EA, Table(np.zeros(1), np.full(1, 61.0)))
-    body = block(MASS, ("surge",), velocity=moving(surge=v))
-    run = hs.simulate(scene(body, {"winch": winch}, 3.0, 0.1, step=0.0005))
+    body = scenes.block(MASS, ("surge",), velocity=scenes.moving(surge=v))
+    run = hs.simulate(scenes.scene(body, {"winch": winch}, 3.0, 0.1, step=0.0005))
     assert float(run.winch_snap_speed[-1, 0]) == pytest.approx(v, rel=1e-12)
     largest = float(run.winch_largest_tension[-1, 0])
     assert largest == pytest.approx(v * sqrt(EA / 61.0 * MASS), rel=1e-6)
@@ -268,12 +260,14 @@ def test_a_wire_that_breaks_is_located() -> None:
     w = sqrt(k / MASS)
     end = v * sqrt(k * MASS) * 0.6
     length = Table(np.array([0.0, 50.0]), np.array([30.0, 30.0 - 50.0 * v]))
-    until = When(0.0, "spring_tension.line", above=end)
+    active = hs.Active(until=hs.When(0.0, "spring_tension.line", above=end))
+    curve = (STRAIGHT, k * STRAIGHT)
     line = Spring(
-        *("block", ORIGIN, (0.0, 0.0, 30.0), length, STRAIGHT, k * STRAIGHT),
-        active=Active(until=until),
+        "block", ORIGIN, (0.0, 0.0, 30.0), length, curve=hs.TensionCurve(*curve), active=active
     )
-    run = hs.simulate(scene(block(MASS, ("heave",)), {"line": line}, 1.0, 0.1, step=0.001))
+    run = hs.simulate(
+        scenes.scene(scenes.block(MASS, ("heave",)), {"line": line}, 1.0, 0.1, step=0.001)
+    )
     exact = np.arcsin(0.6) / w
     speed = float(run.velocity[-1, 0, 2])
     found = brentq(lambda t: v * (1.0 - cos(w * t)) - speed, 0.0, 0.5 * pi / w, xtol=1e-15)
@@ -286,11 +280,11 @@ def test_the_wire_of_a_winch_breaks_at_its_tension() -> None:
     v cos(wt), which tells the moment to 1e-10 s."""
     EA, v = 4e7, 1.5
     w = sqrt(EA / SPAN / MASS)
-    until = When(0.0, "winch_tension.winch", above=0.6 * v * w * MASS)
+    until = hs.When(0.0, "winch_tension.winch", above=0.6 * v * w * MASS)
     length = Table(np.zeros(1), np.full(1, SPAN))
-    wire = Winch(*("block", ORIGIN, (-SPAN, 0.0, 0.0), EA, length), active=Active(until=until))
-    body = block(MASS, ("surge",), velocity=moving(surge=v))
-    run = hs.simulate(scene(body, {"winch": wire}, 1.0, 0.1, step=0.002))
+    wire = Winch(*("block", ORIGIN, (-SPAN, 0.0, 0.0), EA, length), active=hs.Active(until=until))
+    body = scenes.block(MASS, ("surge",), velocity=scenes.moving(surge=v))
+    run = hs.simulate(scenes.scene(body, {"winch": wire}, 1.0, 0.1, step=0.002))
     found = np.arccos(float(run.velocity[-1, 0, 0]) / v) / w
     assert found == pytest.approx(np.arcsin(0.6) / w, abs=1e-10)
     assert int(run.winch_mode[-1, 0]) == DRUM_INACTIVE
@@ -301,35 +295,26 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     """From stuck, slipping and fast drums, through files."""
     whole = replace(Drum(damping=0.03, duration=8.0).scene(0.0125), output_states=True)
     run = hs.simulate(whole)
-    write_run(run, tmp_path / "run.nc")
     mode = run.winch_mode.values[:, 0]
-    for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN):
-        time = float(run.time[np.flatnonzero(mode[:-1] == one)[-1]])
-        start = Start(tmp_path / "run.nc", time)
-        after = hs.simulate(replace(whole, duration=8.0 - time, initial=start))
-        np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
-        np.testing.assert_array_equal(after.winch_mode.values[-1], run.winch_mode.values[-1])
+    at = [np.flatnonzero(mode[:-1] == one)[-1] for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN)]
+    scenes.assert_continues(whole, run, run.time.values[at], "winch_mode", file=tmp_path / "run.nc")
 
 
-def in_the_plane(angle: float) -> Scene:
+def in_the_plane(angle: float) -> hs.Scene:
     """A free block between two winches, mirror images of each other at ``angle`` 0, and turned."""
     turn = np.array([[cos(angle), -sin(angle), 0], [sin(angle), cos(angle), 0], [0, 0, 1]])
     control = TensionControl(1e5, 0.5, 0.0, 0.1, 0.1)
-    winches = {
-        name: Winch(
-            *("block", tuple(turn @ (0.0, side, 0.0)), tuple(turn @ (-30.0, 8.0 * side, 0.5))),
-            *(5e6, None, control, (5.0, 60.0)),
-        )
-        for name, side in (("port", 1.0), ("starboard", -1.0))
-    }
-    pull = {
-        dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5)
-        for dof, f in zip(("surge", "sway"), 1e5 * turn[:2, 0], strict=True)
-    }
+    winches = {}
+    for name, y in (("port", 1.0), ("starboard", -1.0)):
+        ends = (tuple(turn @ (0.0, y, 0.0)), tuple(turn @ (-30.0, 8.0 * y, 0.5)))
+        winches[name] = Winch("block", *ends, 5e6, None, control, (5.0, 60.0))
+    swing = zip(("surge", "sway"), 1e5 * turn[:2, 0], strict=True)
+    pull = {dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5) for dof, f in swing}
+
     inertia = turn @ np.diag([4e4, 6e4, 8e4]) @ turn.T
-    body = block(2e4, inertia=inertia, velocity=(*(turn @ (0.3, 0.0, 0.0)), 0.0, 0.0, 0.0))
-    forces = {**winches, "pull": AppliedForce("block", ORIGIN, pull)}
-    return scene(body, forces, 6.0, 0.1, step=0.01)
+    body = scenes.block(2e4, inertia=inertia, velocity=(*(turn @ (0.3, 0.0, 0.0)), 0.0, 0.0, 0.0))
+    forces = {**winches, "pull": scenes.central_force(**pull)}
+    return scenes.scene(body, forces, 6.0, 0.1, step=0.01)
 
 
 def test_a_turned_scene_moves_as_it_did_and_a_mirrored_one_in_its_plane() -> None:

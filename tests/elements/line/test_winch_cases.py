@@ -1,7 +1,5 @@
 """Winches in case files: what is refused, by message, and what becomes of the keys."""
 
-from __future__ import annotations
-
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -13,16 +11,10 @@ import yaml
 import hydrosim as hs
 from hydrosim.elements import Compensation, SpeedControl, TensionControl, Winch
 from hydrosim.errors import InputError
-from hydrosim.scene import When
 
 DRUM = {"shortest": "5 m", "longest": "80 m"}
-WIRE: dict[str, Any] = {
-    "type": "winch",
-    "body": "load",
-    "point": [0, 0, 0],
-    "anchor": [0, 0, "60 m"],
-    "stiffness": "500 MN",
-}
+ENDS = {"body": "load", "point": [0, 0, 0], "anchor": [0, 0, "60 m"]}
+WIRE: dict[str, Any] = {"type": "winch", **ENDS, "stiffness": "500 MN"}
 TUGGER = {**WIRE, "tension": "1000 kN", "speed": "0.3 m/s", "dead_band": "5 %", "drum": DRUM}
 TABLE = {"time": ["0 s", "10 s"], "length": ["50 m", "40 m"]}
 
@@ -102,7 +94,7 @@ def test_keys_become_the_winch(tmp_path: Path) -> None:
     assert (tugger.length, tugger.drum, tugger.capacity) == (None, (5.0, 80.0), 2e6)
     hoist = loaded(tmp_path, {**WIRE, "length": TABLE, "breaks_at": "3 MN"})
     np.testing.assert_array_equal(hoist.length.value, [50.0, 40.0])
-    assert hoist.active.until == When(0.0, "winch_tension.line", above=3e6)
+    assert hoist.active.until == hs.When(0.0, "winch_tension.line", above=3e6)
     speed = {"amplitude": "0.5 m/s", "period": "20 s"}
     driven = loaded(tmp_path, {**WIRE, "length": "50 m", "speed": speed, "drum": DRUM})
     assert isinstance(driven.control, SpeedControl)
@@ -122,8 +114,7 @@ def test_corners_of_a_damped_line_are_told(tmp_path: Path) -> None:
 
 
 def test_a_winch_at_rest_is_stuck_with_the_weight(tmp_path: Path) -> None:
-    """From a case file with `initial: at_rest`: the drum does not turn, and the load hangs by its
-    weight."""
+    """With `initial: at_rest`: the drum does not turn, and the load hangs by its weight."""
     path = tmp_path / "case.yaml"
     line = {**TUGGER, "tension": "981 kN", "friction": {"in": 0.1, "out": 0.1}}
     solver = {"method": "rk4", "step": "0.05 s"}

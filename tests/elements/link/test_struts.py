@@ -1,8 +1,5 @@
 """Struts, torsion springs and power take-offs: closed forms, balances, large rotations."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi, sqrt
 from pathlib import Path
@@ -10,74 +7,77 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import block, moving, observed_orders, scene, steady, surge
+from scenes import (
+    assert_continues,
+    block,
+    central_force,
+    momenta,
+    moving,
+    observed_orders,
+    scene,
+    steady,
+    surge,
+    turned_scene,
+)
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
-from test_spring import momenta
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Bushing, Harmonic, Strut, TorsionSpring
+from hydrosim.elements import Bushing, Harmonic, Strut, TorsionSpring
 from hydrosim.errors import SimulationError
 from hydrosim.integrate.dynamics import new_work, rhs
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.results.dataset import write_run
+from hydrosim.results.channels import channel_series
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import (
-    Active,
-    Body,
-    ForceElement,
-    Joint,
-    JointType,
-    Kinematics,
-    Method,
-    Scene,
-    Start,
-    Symmetry,
-    Tolerance,
-    Weight,
-    When,
-)
+from hydrosim.scene import ForceElement, JointType, Kinematics, Method, Symmetry, Weight
 from hydrosim.scene import JointResistance as Resistance
 
-Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
 NONE = np.zeros(0)
 STRAIGHT = np.array([0.0, 1.0])
 M, K = 1e3, 4e4
 OMEGA = sqrt(K / M)
-TIGHT = Tolerance(1e-13, 1e-13, 1e-14)
+TIGHT = hs.Tolerance(1e-13, 1e-13, 1e-14)
 
 
 def strut(stiffness: float = K, **changes: Any) -> Strut:
     """Along the x axis to an anchor 10 m from the centre of gravity at rest."""
-    points = (STRAIGHT, stiffness * STRAIGHT) if stiffness else (NONE, NONE)
-    return replace(Strut("block", *points, point=ORIGIN, anchor=(10.0, 0.0, 0.0)), **changes)
+    given = {"point": ORIGIN, "anchor": (10.0, 0.0, 0.0), "stiffness": stiffness}
+    return Strut("block", **{**given, **changes})
 
 
 def torsion(stiffness: float, axis: tuple[float, ...] = (0.0, 0.0, 1.0), **changes: Any):
-    points = (STRAIGHT, stiffness * STRAIGHT) if stiffness else (NONE, NONE)
-    return replace(TorsionSpring("block", *points, axis=axis), **changes)
+    return TorsionSpring("block", axis, stiffness=stiffness, **changes)
 
 
-def along(x: float, v: float, link: ForceElement, duration: float = 5.0, **solver: Any) -> Scene:
+def along(x: float, v: float, link: ForceElement, duration: float = 5.0, **solver: Any) -> hs.Scene:
     body = block(M, ("surge",), position=moving(surge=x), velocity=moving(surge=v))
     return scene(body, {"link": link}, duration, 0.05, **{"step": 0.01, **solver})
 
 
-def test_a_mass_on_a_strut_swings_to_both_sides(
-    figure: Figure, validated: Callable[..., None]
-) -> None:
+def assert_order(
+    figure, steps: tuple[float, ...], found: list[np.ndarray], exact: np.ndarray
+) -> float:
+    """Errors at these steps fall with an order of 3.8 at least; the last one, of the range."""
+    errors = np.array([np.abs(x - exact).max() for x in found]) / np.ptp(exact)
+    order = observed_orders(steps, errors).mean()
+    figure("order", order)
+    assert order >= 3.8
+    return errors[-1]
+
+
+STEPS = (0.0125, 0.00625, 0.003125)
+
+
+def test_a_mass_on_a_strut_swings_to_both_sides(figure, validated):
     """x = x0 cos(w t): the strut pushes for half of the period; order 4."""
-    steps = (0.0125, 0.00625, 0.003125)
-    runs = [hs.simulate(along(1.5, 0.0, strut(), step=h)) for h in steps]
+    runs = [hs.simulate(along(1.5, 0.0, strut(), step=h)) for h in STEPS]
     exact = 1.5 * np.cos(OMEGA * runs[0].time.values)
-    errors = np.array([np.abs(surge(run)[:] - exact[:]).max() for run in runs]) / 3.0
-    figure("order", observed_orders(steps, errors).mean())
+    error = assert_order(figure, STEPS, [surge(run) for run in runs], exact)
     claim = "mass on a strut that pushes and pulls, of its range"
-    validated(Kind.CLOSED_FORM, claim, "cosine", errors[-1], 1e-7, Feature.STRUTS)
-    assert observed_orders(steps, errors).mean() >= 3.8
+    validated(Kind.CLOSED_FORM, claim, "cosine", error, 1e-7, Feature.STRUTS)
     force = runs[-1].strut_force.values[:, 0]
     np.testing.assert_allclose(force, -K * surge(runs[-1]), atol=1e-9 * K)
     assert force.min() < -1.4 * K
@@ -95,69 +95,51 @@ def bilinear(t: np.ndarray, x0: float, pull: float, push: float) -> np.ndarray:
     return np.where(s < pi / fast, x0 * np.sin(fast * s), out)
 
 
-def test_order_four_through_the_corner_of_a_curve(
-    figure: Figure, validated: Callable[..., None]
-) -> None:
+BENT = {"stiffness": None, "curve": hs.StrutCurve((-1.0, 0.0, 1.0), (-9e4, 0.0, 1e4))}
+
+
+def test_order_four_through_the_corner_of_a_curve(figure, validated):
     """Nine times as stiff in compression: half periods in closed form. The corner is an event."""
-    curve = np.array([-1.0, 0.0, 1.0]), np.array([-9e4, 0.0, 1e4])
-    link = replace(strut(), offset=curve[0], force=curve[1])
-    steps = (0.0125, 0.00625, 0.003125)
-    runs = [hs.simulate(along(0.7, 0.0, link, 6.0, step=h)) for h in steps]
+    link = replace(strut(), **BENT)
+    runs = [hs.simulate(along(0.7, 0.0, link, 6.0, step=h)) for h in STEPS]
     exact = bilinear(runs[0].time.values, 0.7, 1e4, 9e4)
-    errors = np.array([np.abs(surge(run) - exact).max() for run in runs]) / np.ptp(exact)
-    figure("order", observed_orders(steps, errors).mean())
+    error = assert_order(figure, STEPS, [surge(run) for run in runs], exact)
     claim = "mass on a strut that is stiffer in compression, of its range"
-    validated(Kind.CLOSED_FORM, claim, "half periods", errors[-1], 1e-7, Feature.STRUTS)
-    assert observed_orders(steps, errors).mean() >= 3.8
+    validated(Kind.CLOSED_FORM, claim, "half periods", error, 1e-7, Feature.STRUTS)
     assert all(run.solver_events >= 6 for run in runs)
     assert runs[-1].energy_residual_relative < 1e-6
     blind = hs.simulate(along(0.7, 0.0, link, 6.0, step=0.003125, events=False))
-    assert np.abs(surge(blind) - exact).max() > 100 * errors[-1] * np.ptp(exact)
+    assert np.abs(surge(blind) - exact).max() > 100 * error * np.ptp(exact)
 
 
 @pytest.mark.parametrize("dof", ["roll", "yaw"])
-def test_a_torsion_pendulum_swings_by_several_turns(
-    dof: str, figure: Figure, validated: Callable[..., None]
-) -> None:
-    """phi = phi0 cos(w t) with phi0 of 1.5 turns: a linear moment at any angle, beyond half turns;
-    a restart goes on to the bit."""
+def test_a_torsion_pendulum_swings_by_several_turns(dof, figure, validated):
+    """phi0 cos(w t), phi0 of 1.5 turns: linear at any angle; a restart goes on to the bit."""
     axis = 3 + ("roll", "pitch", "yaw").index(dof)
     inertia = np.diag([2e3, 3e3, 4e3])
     k, amplitude = 8e3, 3.0 * pi
     omega = sqrt(k / inertia[axis - 3, axis - 3])
     body = block(M, (dof,), inertia=inertia, velocity=moving(**{dof: amplitude * omega}))
     spring = torsion(k, tuple(np.eye(3)[axis - 3]))
-    steps = (0.02, 0.01)
-    whole = [
-        replace(scene(body, {"spring": spring}, 8.0, 0.1, step=h), output_states=True)
-        for h in steps
-    ]
-    runs = [hs.simulate(each) for each in whole]
+    scenes = [scene(body, {"spring": spring}, 8.0, 0.1, step=h) for h in (0.02, 0.01)]
+    scenes = [replace(whole, output_states=True) for whole in scenes]
+    runs = [hs.simulate(whole) for whole in scenes]
     exact = amplitude * np.sin(omega * runs[0].time.values)
-    errors = np.array([np.abs(run.torsion_angle.values[:, 0] - exact).max() for run in runs]) / (
-        2 * amplitude
-    )
-    figure("order", observed_orders(steps, errors)[0])
+    angles = [run.torsion_angle.values[:, 0] for run in runs]
+    error = assert_order(figure, (0.02, 0.01), angles, exact)
     claim = "torsion pendulum over three turns, of its range"
-    validated(Kind.CLOSED_FORM, claim, "sine", errors[-1], 1e-7, Feature.STRUTS)
-    assert observed_orders(steps, errors)[0] >= 3.8
+    validated(Kind.CLOSED_FORM, claim, "sine", error, 1e-7, Feature.STRUTS)
     np.testing.assert_allclose(runs[-1].torsion_moment[:, 0], k * exact, atol=1e-6 * k * amplitude)
     np.testing.assert_allclose(runs[-1].position[:, 0, axis], exact, atol=1e-5)
     assert runs[-1].energy_residual_relative < 1e-6
-    for time in (1.0, 2.3):
-        after = hs.simulate(replace(whole[-1], duration=8.0 - time, initial=Start(runs[-1], time)))
-        rest = runs[-1].sel(time=slice(time - 1e-9, None))
-        np.testing.assert_array_equal(after.position, rest.position)
-        np.testing.assert_array_equal(after.torsion_angle, rest.torsion_angle)
+    assert_continues(scenes[-1], runs[-1], (1.0, 2.3), "position", "torsion_angle")
 
 
 def load_on(element: ForceElement, turns: list[Rotation], shift: np.ndarray) -> tuple[Any, float]:
-    """Wrench (2, 6) of an element on two bodies with these rotations, the first one shifted, and
-    the energy that it stores."""
-    bodies = [
-        block(1e3, name=name, position=(*at, *turn.as_euler("ZYX")[::-1]))
-        for name, turn, at in zip(("block", "other"), turns, (shift, np.zeros(3)), strict=True)
-    ]
+    """Wrench (2, 6) on two bodies with these rotations, the first one shifted, and the energy."""
+    places = zip(("block", "other"), turns, (shift, np.zeros(3)), strict=True)
+    angles = [(name, (*at, *turn.as_euler("ZYX")[::-1])) for name, turn, at in places]
+    bodies = [block(1e3, name=name, position=position) for name, position in angles]
     model, state = hs.compile_scene(scene(bodies, {"it": element}, 1.0, 0.1))
     work, dy = new_work(model), np.zeros(model.size)
     rhs(0.0, state.y, state.modes, state.history, model, work, dy)
@@ -175,9 +157,8 @@ def wrapped(angle: float) -> float:
     return float((angle + pi) % (2 * pi) - pi)
 
 
-def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure: Figure) -> None:
-    """At twelve pairs of rotations, up to nearly half a turn: moments on both bodies against
-    differences of k phi^2 / 2 by quaternions, for turns of either body about each axis."""
+def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure) -> None:
+    """Twelve pairs of rotations: moments against differences of k phi^2 / 2 by quaternions."""
     random = np.random.default_rng(3)
     axis = np.array([0.3, -0.5, 0.8])
     axis /= np.linalg.norm(axis)
@@ -195,47 +176,33 @@ def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure: Fi
             return 0.5 * k * wrapped(twist_of(moved, axis)) ** 2
 
         for body in (0, 1):
-            gradient = [
-                (energy(body, eps * e) - energy(body, -eps * e)) / (2 * eps) for e in np.eye(3)
-            ]
+            sides = [(energy(body, eps * e), energy(body, -eps * e)) for e in np.eye(3)]
+            gradient = [(up - down) / (2 * eps) for up, down in sides]
             scale = np.abs(gradient).max()
             worst = max(worst, float(np.abs(wrench[body, 3:] + gradient).max() / scale))
     figure("worst", worst)
     assert worst < 1e-7
 
 
-def pair(*, joined: dict[str, ForceElement], **changes: Any) -> Scene:
+def pair(*, joined: dict[str, ForceElement], **changes: Any) -> hs.Scene:
     left = block(2e3, location=(-3.0, 0.0), velocity=(-0.5, 0.2, 0.1, 0.9, -0.6, 0.4))
     right = block(5e3, name="other", location=(2.0, 1.0), velocity=(0.2, 0.0, -0.1, -0.5, 0.4, 0.3))
     solver = {"method": Method.DOPRI5, "tolerance": TIGHT, "step": 0.01}
     return replace(scene((left, right), joined, 4.0, 0.1, **solver), **changes)
 
 
-FEATURES = {
-    "strut": [Feature.STRUTS],
-    "torsion spring": [Feature.STRUTS],
-    "bushing": [Feature.BUSHINGS],
-}
+FEATURES = {"strut": Feature.STRUTS, "torsion spring": Feature.STRUTS, "bushing": Feature.BUSHINGS}
+BETWEEN = {"anchor": (-0.7, -0.5, 0.8), "anchor_body": "other", "length": 4.0}
+SOFT = np.diag([3e3, 5e3, 4e3, 2e3, 3e3, 1e3])
 JOINED: dict[str, dict[str, ForceElement]] = {
-    "strut": {
-        "it": strut(
-            2e3, point=(0.5, 0.6, -0.4), anchor=(-0.7, -0.5, 0.8), anchor_body="other", length=4.0
-        )
-    },
+    "strut": {"it": strut(2e3, point=(0.5, 0.6, -0.4), **BETWEEN)},
     "torsion spring": {"it": torsion(9e3, (0.3, 0.4, 0.5), to="other", neutral=0.2)},
-    "bushing": {
-        "it": Bushing(
-            *("block", (2.5, 0.5, 0.0), np.diag([3e3, 5e3, 4e3, 2e3, 3e3, 1e3])),
-            *(np.zeros((6, 6)), "other"),
-        )
-    },
+    "bushing": {"it": Bushing("block", (2.5, 0.5, 0.0), SOFT, np.zeros((6, 6)), "other")},
 }
 
 
 @pytest.mark.parametrize("name", JOINED)
-def test_a_free_pair_keeps_its_momenta_and_its_energy(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_free_pair_keeps_its_momenta_and_its_energy(name, figure, validated):
     """Two bodies that tumble by large angles, joined by nothing else."""
     whole = pair(joined=JOINED[name])
     run = hs.simulate(whole)
@@ -246,40 +213,21 @@ def test_a_free_pair_keeps_its_momenta_and_its_energy(
     figure("energy", run.energy_residual_relative)
     assert np.abs(run.force_it).max() > 1e2
     claim = f"momenta of two free bodies joined by a {name}, relative"
-    validated(Kind.CLOSED_FORM, claim, "constant", max(lost), 1e-12, *FEATURES[name])
+    validated(Kind.CLOSED_FORM, claim, "constant", max(lost), 1e-12, FEATURES[name])
     total = (run.energy_kinetic + run.energy_stored_it).values
     assert np.ptp(total) <= 1e-12 * float(total.max())
 
 
-def turned_body(body: Body, angle: float) -> Body:
-    turn = Rotation.from_euler("z", angle).as_matrix()
-    location = turn @ [*body.location, 0.0]
-    velocity = np.concatenate([turn @ body.velocity[:3], turn @ body.velocity[3:]])
-    return replace(body, location=tuple(location[:2]), heading=angle, velocity=tuple(velocity))
-
-
-def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
+def test_a_turned_scene_moves_as_it_did(figure) -> None:
     """All three between the bodies, damped, and to the earth; the whole turned about z."""
-    damped = [
-        replace(each["it"], damping=3e2) for each in (JOINED["strut"], JOINED["torsion spring"])
-    ]
+    tied, twisted = (replace(JOINED[k]["it"], damping=3e2) for k in ("strut", "torsion spring"))
     soft = replace(JOINED["bushing"]["it"], damping=np.diag([2e2] * 6))
-    anchor = np.array([-7.0, 3.0, 1.0])
-    held = strut(1e3, anchor=tuple(anchor))
-    forces = dict(zip("abc", [*damped, soft], strict=True))
-    forces |= {
-        "earth": held,
-        "twist": torsion(1e3, (0.0, 0.6, 0.8)),
-        "post": replace(soft, to=None),
-    }
+    held, twist = strut(1e3, anchor=(-7.0, 3.0, 1.0)), torsion(1e3, (0.0, 0.6, 0.8))
+    forces = {"a": tied, "b": twisted, "c": soft, "earth": held, "twist": twist}
+    forces["post"] = replace(soft, to=None)
     here = pair(joined=forces)
     turn = Rotation.from_euler("z", 1.1).as_matrix()
-    there = replace(
-        here,
-        bodies=tuple(turned_body(body, 1.1) for body in here.bodies),
-        forces=forces | {"earth": replace(held, anchor=tuple(turn @ anchor))},
-    )
-    expected, found = hs.simulate(here), hs.simulate(there)
+    expected, found = hs.simulate(here), hs.simulate(turned_scene(here, 1.1))
     place = expected.position.values[:, :, :3] @ turn.T
     difference = np.abs(found.position.values[:, :, :3] - place).max() / np.ptp(place)
     figure("difference", difference)
@@ -293,25 +241,26 @@ def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
 C, FORCE, PERIOD = 3e3, 5e3, 4.0
 
 
-def absorbing(rotary: bool) -> tuple[Scene, float]:
+def absorbing(rotary: bool) -> tuple[hs.Scene, float]:
     """A driven oscillator that starts on its steady motion, and its amplitude squared."""
     w = 2 * pi / PERIOD
     amplitude = FORCE / complex(K - w * w * M, w * C)
     x, v = amplitude.imag, (1j * w * amplitude).imag  # of Im(X exp(i w t))
     dof, slot = ("yaw", 5) if rotary else ("surge", 0)
-    inertia = np.diag([M, M, M])
-    at = {"position": np.eye(6)[slot] * x, "velocity": np.eye(6)[slot] * v}
-    body = block(M, (dof,), inertia=inertia, **{key: tuple(value) for key, value in at.items()})
-    link = torsion(K, damping=C, absorbs=True) if rotary else strut(damping=C, absorbs=True)
-    push = AppliedForce("block", ORIGIN, {dof: Harmonic(FORCE, PERIOD)})
+    at = {"position": tuple(np.eye(6)[slot] * x), "velocity": tuple(np.eye(6)[slot] * v)}
+    body = block(M, (dof,), inertia=np.diag([M, M, M]), **at)
+    link = (
+        torsion(K, damping=C, type="rotary_power_take_off")
+        if rotary
+        else strut(damping=C, type="power_take_off")
+    )
+    push = central_force(**{dof: Harmonic(FORCE, PERIOD)})
     driven = scene(body, {"pto": link, "push": push}, 10 * PERIOD, 0.05, step=0.01)
     return driven, abs(amplitude) ** 2
 
 
 @pytest.mark.parametrize("rotary", [False, True])
-def test_mean_power_of_a_power_take_off(
-    rotary: bool, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_mean_power_of_a_power_take_off(rotary, figure, validated):
     """c w^2 a^2 / 2 of the steady motion, as energy over ten periods and as mean of the record."""
     driven, squared = absorbing(rotary)
     run = hs.simulate(driven)
@@ -328,10 +277,10 @@ def test_mean_power_of_a_power_take_off(
     assert float(run.energy_work_push[-1]) == pytest.approx(energy, rel=1e-6)
 
 
-def test_quadratic_damping_decays_as_its_first_integral_says(figure: Figure) -> None:
+def test_quadratic_damping_decays_as_its_first_integral_says(figure) -> None:
     """(1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2) with b = 2 d / m for successive extremes."""
     d = 600.0
-    damped = along(1.0, 0.0, strut(drag=d), 4.0, step=0.005)
+    damped = along(1.0, 0.0, strut(quadratic_damping=d), 4.0, step=0.005)
     run = hs.simulate(replace(damped, output_step=0.01))
     motion = CubicHermiteSpline(run.time.values, surge(run), run.velocity.values[:, 0, 0])
     ends = motion.derivative().roots(extrapolate=False)
@@ -359,7 +308,7 @@ def test_the_stiffness_of_a_strut_in_the_linear_analysis(length: float) -> None:
 def test_a_power_take_off_without_stiffness_in_the_linear_analysis() -> None:
     """Damping c and nothing else; a body that only it holds has a free mode, and a step limit."""
     body = block(M, ("surge", "yaw"))
-    forces = {"pto": strut(0.0, damping=C, absorbs=True), "turn": torsion(0.0, damping=C)}
+    forces = {"pto": strut(0.0, damping=C, type="power_take_off"), "turn": torsion(0.0, damping=C)}
     compiled = hs.compile_scene(scene(body, forces, 1.0, 0.1))
     linear = linearise(*compiled)
     np.testing.assert_allclose(linear.jacobian[2:, :2], 0.0, atol=1e-9)
@@ -372,7 +321,7 @@ def test_a_power_take_off_without_stiffness_in_the_linear_analysis() -> None:
 def test_step_limits_are_those_of_the_steepest_piece() -> None:
     """RK4's 2 sqrt(2) over sqrt(k/m) of the stiff end, though the strut starts on the soft one."""
     curve = np.array([-1.0, -0.5, 0.0]), np.array([-1e5, -1e3, 0.0])
-    link = replace(strut(), offset=curve[0], force=curve[1])
+    link = replace(strut(), stiffness=None, curve=hs.StrutCurve(*curve))
     compiled = hs.compile_scene(along(-0.5, 0.0, link))
     (limit, *_) = scene_step_limits(compiled)
     assert limit.step == pytest.approx(2 * sqrt(2) / sqrt((1e5 - 1e3) / 0.5 / M), rel=2e-3)
@@ -389,12 +338,11 @@ def test_a_weight_stands_on_a_strut_or_hangs_on_it(side: float) -> None:
 
 
 def test_links_that_act_for_a_time() -> None:
-    """Strut and torsion spring stretched as they begin, and let go stretched: energies booked, no
-    event of their curves while they are absent, no load recorded."""
-    brief = Active(When(0.4), When(1.5))
-    corner = replace(
-        strut(), offset=np.array([-1.0, 0.2, 1.0]), force=np.array([-8e3, 0.0, 9e3]), active=brief
-    )
+    """Begun and let go stretched: energies booked, no event and no load while absent."""
+    brief = hs.Active(hs.When(0.4), hs.When(1.5))
+    offset, force = np.array([-1.0, 0.2, 1.0]), np.array([-8e3, 0.0, 9e3])
+    curve = hs.StrutCurve(offset, force)
+    corner = replace(strut(), stiffness=None, curve=curve, active=brief)
     body = block(M, ("surge", "yaw"), velocity=moving(surge=-1.0, yaw=0.5))
     forces = {"strut": corner, "spring": torsion(8e3, active=brief)}
     run = hs.simulate(scene(body, forces, 3.0, 0.05, step=0.01))
@@ -439,18 +387,11 @@ def test_small_angles_keep_the_balance() -> None:
 
 def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     """Through files, from any time, on either piece of a curve."""
-    curve = np.array([-1.0, 0.0, 1.0]), np.array([-9e4, 0.0, 1e4])
-    link = replace(strut(damping=1e2), offset=curve[0], force=curve[1])
-    whole = replace(along(0.7, 0.0, link, 3.0), output_states=True)
+    whole = replace(along(0.7, 0.0, strut(damping=1e2, **BENT), 3.0), output_states=True)
     run = hs.simulate(whole)
-    write_run(run, tmp_path / "run.nc")
     assert {0, 1} == {*run.link_segment.values[:, 0].tolist()}
-    for time in run.time.values[4:-1:12]:
-        start = Start(tmp_path / "run.nc", float(time))
-        after = hs.simulate(replace(whole, duration=3.0 - time, initial=start))
-        rest = run.sel(time=slice(time - 1e-9, None))
-        for key in ("position", "velocity", "strut_force", "link_mode", "force_link"):
-            np.testing.assert_array_equal(after[key].values, rest[key].values)
+    names = ("position", "velocity", "strut_force", "link_mode", "force_link")
+    assert_continues(whole, run, run.time.values[4:-1:12], *names, file=tmp_path / "run.nc")
 
 
 def test_the_record_says_what_it_holds() -> None:
@@ -463,19 +404,16 @@ def test_the_record_says_what_it_holds() -> None:
     units = {"strut_force": "N", "strut_length": "m", "torsion_moment": "N m", "pto_power": "W"}
     assert {name: run[name].units for name in units} == units
     assert all(v.long_name and v.frame for v in run.data_vars.values())
-    from hydrosim.results.channels import channel_series
-
     used, _ = channel_series(run, "utilisation.strut")
     np.testing.assert_allclose(used, np.abs(run.strut_force.sel(strut="strut")) / 1e4)
     assert "link" not in hs.simulate(scene(block(1.0), {"push": steady(surge=1.0)}, 1.0, 0.5)).dims
 
 
-def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) -> None:
-    """A flap on a hinge to the earth with a torsion spring about it, 120 deg to both sides: a sine
-    with the inertia about the hinge; then damped and on a strut too, where the ledger closes."""
+def test_links_on_a_hinged_body(figure, validated) -> None:
+    """To 120 deg on both sides: a sine; then damped and on a strut too: the ledger closes."""
     inertia = np.diag([2e3, 3e3, 4e3])
     k, rate = 4e4, 5.0
-    hinge = Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
+    hinge = hs.Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
     turning = replace(hinge, resistances=(Resistance(velocity=rate),))
     body = block(M, inertia=inertia)
     spring = torsion(k, (0.0, 1.0, 0.0))
@@ -488,7 +426,7 @@ def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) 
     claim = "flap on a hinge with a torsion spring, of its range"
     validated(Kind.CLOSED_FORM, claim, "sine", error, 1e-8, Feature.STRUTS)
     held = strut(anchor=(3.0, 0.5, -1.0), damping=3e2)
-    both = {"spring": replace(spring, damping=2e3, absorbs=True), "held": held}
+    both = {"spring": replace(spring, damping=2e3, type="rotary_power_take_off"), "held": held}
     run = hs.simulate(replace(whole, forces=both))
     figure("residual", run.energy_residual_relative)
     assert run.energy_residual_relative < 1e-7
@@ -496,22 +434,19 @@ def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) 
 
 
 def test_mirror_images() -> None:
-    """A strut to each side, a torsion spring about any axis of the plane or across it, a bushing
-    in the plane: solved in the plane. One strut alone, a crooked axis or bushing are not."""
+    """Pairs of struts, springs about the plane's axes, a bushing in it; none crooked or alone."""
     body = block(M, inertia=np.diag([2e3, 3e3, 4e3]), velocity=moving(heave=1.0, pitch=0.3))
     sides = {
-        f"strut_{side:g}": strut(point=(1.0, side, 0.5), anchor=(9.0, 4.0 * side, 2.0))
-        for side in (1.0, -1.0)
+        f"strut_{y:g}": strut(point=(1.0, y, 0.5), anchor=(9.0, 4.0 * y, 2.0)) for y in (1.0, -1.0)
     }
-    turns = {
-        name: torsion(9e3, axis, damping=10.0)
-        for name, axis in {"roll": (-1.0, 0.0, 0.0), "pitch": (0.0, 1.0, 0.0)}.items()
-    }
+    axes = {"roll": (-1.0, 0.0, 0.0), "pitch": (0.0, 1.0, 0.0)}
+    turns = {name: torsion(9e3, axis, damping=10.0) for name, axis in axes.items()}
     soft = Bushing("block", (0.5, 0.0, 1.0), np.diag([1e4] * 6), np.diag([1e3] * 6))
     whole = scene(body, {**sides, **turns, "soft": soft}, 2.0, 0.1, step=0.01)
     compiled = hs.compile_scene(whole, in_plane=True)
     assert compiled.notes.symmetry.startswith("in the plane y = 0 m")
-    plane, full = hs.simulate(whole), hs.simulate(unfolded(whole))
+    unfolded = replace(whole, solver=replace(whole.solver, symmetry=Symmetry.IGNORE))
+    plane, full = hs.simulate(whole), hs.simulate(unfolded)
     np.testing.assert_allclose(plane.position, full.position, atol=1e-12)
     coupled = np.eye(6) * 1e4
     coupled[0, 1] = coupled[1, 0] = 3e3
@@ -524,7 +459,3 @@ def test_mirror_images() -> None:
         said = hs.compile_scene(other, in_plane=True).notes.symmetry
         assert said.startswith("in all degrees of freedom")
         assert name in said
-
-
-def unfolded(whole: Scene) -> Scene:
-    return replace(whole, solver=replace(whole.solver, symmetry=Symmetry.IGNORE))

@@ -1,7 +1,5 @@
 """Pictures of runs: what is drawn, with which labels, and what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -102,9 +100,7 @@ def legend(figure: Figure, panel: int) -> list[str]:
     ids=["no fender", "four fenders", "two bodies, two records", "no waves"],
 )
 @pytest.mark.slow
-def test_pictures_are_written_where_asked(
-    run: xr.Dataset, expected: list[str], tmp_path: Path
-) -> None:
+def test_pictures_are_written_there(run: xr.Dataset, expected: list[str], tmp_path: Path) -> None:
     folder = tmp_path / "new" / "folder"
     written = draw(run, folder, "case")
     assert sorted(written) == sorted(folder.iterdir())
@@ -133,15 +129,6 @@ def test_a_run_at_rest_shows_all_degrees_of_freedom() -> None:
     rest = run_of(waves=False)
     rest["position"] *= 0.0
     assert [label.split()[0] for label in labels(figures(rest)["motions"])] == list(DOFS)
-
-
-def test_values_are_drawn_in_the_unit_of_the_label() -> None:
-    drawn = figures(run_of(fenders=2))
-    pitch = drawn["motions"].axes[1].get_lines()[0].get_ydata()
-    assert np.max(pitch) == pytest.approx(3.0, rel=1e-2)  # the records miss the crest by 0.3 %
-    normal = drawn["fender_forces"].axes[2]  # of the second contact
-    assert normal.get_ylabel() == "normal force [kN]"
-    assert np.max(normal.get_lines()[0].get_ydata()) == pytest.approx(80e3, rel=1e-2)
 
 
 def test_bodies_have_a_line_each_and_alike_lines_share_one() -> None:
@@ -194,7 +181,8 @@ def test_thinning_keeps_the_ends_and_every_crest() -> None:
 @pytest.mark.parametrize(
     ("writes", "expected"),
     [
-        ({}, {"surge [m]": 2.0, "pitch [deg]": 3.0, "kinetic energy [MJ]": 4.0}),
+        ({}, {"surge [m]": 2.0, "pitch [deg]": 3.0, "normal force [kN]": 80e3}),
+        ({}, {"kinetic energy [MJ]": 4.0}),
         ({"m": "mm", "rad": "rad"}, {"surge [mm]": 2e3, "pitch [rad]": np.radians(3.0)}),
         ({"N": "tonne_force"}, {"normal force [tf]": 8e7 / 9810.0}),
         ({"N": "N"}, {"normal force [N]": 8e7}),
@@ -309,17 +297,11 @@ def test_contacts_that_do_not_end_stuck_have_no_phases() -> None:
 
 
 def test_lines_have_tensions_one_each_and_capacities() -> None:
-    run = run_of().assign_coords(spring=["bow", "stern"])
-    tension = 1e5 * np.outer(2.0 + np.sin(TIME), [1.0, 2.0])
-    run["spring_tension"] = (("time", "spring"), tension)
+    run = run_with_tensions([1e5, 2e5])
     run = run.assign_coords(spring_capacity=("spring", [np.nan, 5e5]))
     axes = figure_of(run, "tensions").axes
-    assert [axis.get_ylabel() for axis in axes] == [
-        "tension [kN]",
-        "tension [kN]",
-        "utilisation",
-    ]
-    assert np.array_equal(axes[2].get_lines()[0].get_ydata(), tension[:, 1] / 5e5)
+    assert [axis.get_ylabel() for axis in axes] == ["tension [kN]", "tension [kN]", "utilisation"]
+    assert np.array_equal(axes[2].get_lines()[0].get_ydata(), run.spring_tension[:, 1] / 5e5)
 
 
 @pytest.mark.parametrize(
@@ -338,11 +320,8 @@ def test_channels_by_name_in_a_format(form: str, start: bytes, tmp_path: Path) -
 
 
 def test_a_time_without_records_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(
-        InputError,
-        match="found 70 to 80 s, with fewer than two recorded times of the run; expected a"
-        " longer part of 0 to 60 s",
-    ):
+    said = "found 70 to 80 s, with fewer than two recorded times of the run; .* part of 0 to 60 s"
+    with pytest.raises(InputError, match=said):
         draw(run_of(), tmp_path, "case", view=View(TimeWindow(70.0, 80.0)))
 
 
@@ -383,7 +362,8 @@ def run_with_tensions(sizes: list[float]) -> xr.Dataset:
 
 
 def test_small_tensions_have_an_axis_of_their_own() -> None:
-    """40 kN beside 1.8 MN would be a line at zero; 1.5 MN shares the axis of 1.8 MN."""
+    """40 kN beside 1.8 MN would be a line at zero; 1.5 MN shares the axis of 1.8 MN, as does
+    400 kN."""
     run = run_with_tensions([4e4, 1.8e6, 1.5e6])
     small, large, other = figure_of(run, "tensions").axes
     assert small.get_ylim()[1] < 200.0
@@ -392,9 +372,6 @@ def test_small_tensions_have_an_axis_of_their_own() -> None:
     counts = [len(axis.get_lines()) for axis in together]
     assert counts == [2, 1]
     assert together[1].get_ylim()[1] < 200.0
-
-
-def test_tensions_of_similar_size_share_an_axis() -> None:
     axes = figure_of(run_with_tensions([4e5, 1.8e6, 1.5e6]), "tensions").axes
     assert len({axis.get_ylim() for axis in axes}) == 1
 

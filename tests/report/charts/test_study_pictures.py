@@ -1,7 +1,5 @@
 """Pictures of studies show the means that the tables have."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

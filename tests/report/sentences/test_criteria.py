@@ -1,11 +1,10 @@
 """Criteria of a case: the register, verdicts, margins; what a run cannot be held against."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import text_tables
 from scenes import scene_of
 
 import hydrosim as hs
@@ -89,40 +88,32 @@ def test_a_channel_that_a_kept_result_lacks_is_not_met(tmp_path: Path) -> None:
     assert "position.barge.surge" in str(said[1].parts)
 
 
-WRONG = {
-    "{channel: position.block.surg, statistic: end, limit: 1 m}": (
-        "case.yaml:10: criteria.lost.channel: found position.block.surg",
-        'did you mean "position.block.surge"?',
-    ),
-    "{channel: position.block.surge, statistic: end, limit: 1 kN}": (
-        'case.yaml:10: criteria.lost.limit: found "1 kN"',
-        "expected a limit in m, which position.block.surge has",
-    ),
-    "{channel: clearance.pin, statistic: end, limit: 1 m}": (
-        "case.yaml:10: criteria.lost.channel: found clearance.pin",
-        "they need output: {clearances: ...}",
-    ),
-    "{channel: position.block.surge, statistic: end, phase: stuck, limit: 1 m}": (
-        "case.yaml:10: criteria.lost.phase: found phase stuck; expected a run with contacts",
-    ),
-    "{result: recontact_force, group: legs, limit: 1 MN}": (
-        "case.yaml:10: criteria.lost.result: found a run without contacts",
-    ),
-}
+WRONG = """
+  {channel: position.block.surg, statistic: end, limit: 1 m} | \
+    channel: found position.block.surg | did you mean "position.block.surge"?
+  {channel: position.block.surge, statistic: end, limit: 1 kN} | \
+    limit: found "1 kN" | expected a limit in m, which position.block.surge has
+  {channel: clearance.pin, statistic: end, limit: 1 m} | \
+    channel: found clearance.pin | they need output: {clearances: ...}
+  {channel: position.block.surge, statistic: end, phase: stuck, limit: 1 m} | \
+    phase: found phase stuck; expected a run with contacts
+  {result: recontact_force, group: legs, limit: 1 MN} | result: found a run without contacts
+"""
 
 
-@pytest.mark.parametrize(("lost", "words"), WRONG.items())
+@pytest.mark.parametrize("row", text_tables.rows(WRONG), ids=lambda row: row[0])
 def test_what_a_run_will_not_have_is_refused_before_it_begins(
-    tmp_path: Path, lost: str, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, row: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By simulate and check, with file, line and what was meant; no step is taken."""
     path = tmp_path / "case.yaml"
+    lost, said, *words = row
     path.write_text(CASE.format(far="0.4 m") + f"  lost: {lost}\n")
     monkeypatch.setattr(simulation, "run_compiled", None)
     for do in (hs.simulate, hs.check):
         with pytest.raises(InputError) as caught:
             do(hs.load_case(path))
-        for word in words:
+        for word in (f"case.yaml:10: criteria.lost.{said}", *words):
             assert word in str(caught.value)
 
 

@@ -1,7 +1,5 @@
 """Words of a run: verdicts, and the place where waves act on a body."""
 
-from __future__ import annotations
-
 import pytest
 import xarray as xr
 from reading import texts

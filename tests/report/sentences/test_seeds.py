@@ -1,7 +1,5 @@
 """Most probable extremes and P90 over seeds of every channel, and all figures in one table."""
 
-from __future__ import annotations
-
 import csv
 import json
 from typing import Any

@@ -1,7 +1,5 @@
 """Criteria of a study: the worst run, how many runs meet a limit, at which value it is exceeded."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -4,8 +4,6 @@ K(t) = R exp(-a t) (cos b t - a/b sin b t), B(w) = Re K^(i w), A(w) = A_inf + Im
 water, B(0) = 0; B falls with w^-2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 DECAY, FREQUENCY, INFINITE = 0.3, 0.8, 5.0

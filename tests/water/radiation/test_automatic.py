@@ -1,8 +1,6 @@
 """What is taken for the memory: states where their fit holds the tolerance, else the integral; and
 what that does to motions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The memory integral over nodes and stages, against quadrature."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The cache of fits: it changes nothing but the time, and survives damage."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Arrays kept on disk: the same to the bit, and never believed where they are damaged."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The force of the radiated waves by extra states, against quadrature, and by constant damping."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from closed_forms import DECAY, FREQUENCY, kernel

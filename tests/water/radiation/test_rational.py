@@ -1,7 +1,5 @@
 """Vector fitting and balanced truncation against systems that are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov

@@ -1,7 +1,5 @@
 """Fits with fewer states: as exact as free bodies feel, passive, reciprocal, kept."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -64,9 +62,7 @@ def change_of_motion(model: StateSpace, memory: Retardation, floating: Floating)
     return max(changes)
 
 
-def test_fewer_states_change_motions_by_less_than_the_tolerance(
-    hull: Hull, model: StateSpace
-) -> None:
+def test_fewer_states_change_motions_within_the_tolerance(hull: Hull, model: StateSpace) -> None:
     assert hull.full.report.holds
     assert model.order < 0.75 * hull.full.order
     # K^ itself is farther off: that is what free bodies do not feel

@@ -1,7 +1,5 @@
 """Retardation functions and A_inf against closed forms, scipy quadrature and other programs."""
 
-from __future__ import annotations
-
 import sys
 from itertools import pairwise
 
@@ -51,9 +49,7 @@ def test_fourier_integral_is_exact_for_piecewise_linear_functions():
 @pytest.mark.parametrize(
     ("asked", "found"), [(None, 78.5), (40.0, 40.0), (78.5, 78.5), (100.0, 78.5)]
 )
-def test_no_memory_is_longer_than_even_frequencies_resolve(
-    asked: float | None, found: float
-) -> None:
+def test_no_memory_is_longer_than_frequencies_resolve(asked: float | None, found: float) -> None:
     assert memory_length(band(0.04, 2.48), asked, 0.1) == pytest.approx(found)
 
 

@@ -1,8 +1,6 @@
 """Whole runs with memory by states, by convolution and without: against exact solutions, each
 other, and themselves at finer steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -21,19 +19,13 @@ from hydrosim.database import HydroDatabase
 from hydrosim.linear.linearise import linearise
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
-    Body,
     ConstantRadiation,
     ConvolutionRadiation,
-    Environment,
     LinearScenes,
     Method,
     Radiation,
     RadiationModel,
-    RegularWave,
-    Scene,
-    Solver,
     StateSpaceRadiation,
-    WaveTrain,
 )
 
 Figure = Callable[[str, float], None]
@@ -74,9 +66,9 @@ def heaving() -> HydroDatabase:
     )
 
 
-def decay(radiation: Radiation | RadiationModel, step: float, **solver: Any) -> Scene:
+def decay(radiation: Radiation | RadiationModel, step: float, **solver: Any) -> hs.Scene:
     """Free decay in heave from 1 m."""
-    body = Body(
+    body = hs.Body(
         "buoy",
         MASS,
         MASS * np.eye(3),
@@ -85,8 +77,8 @@ def decay(radiation: Radiation | RadiationModel, step: float, **solver: Any) -> 
         position=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
         radiation=radiation,
     )
-    settings = Solver(**{"step": step, "linear": LinearScenes.STEP, **solver})
-    return Scene("decay", 32.0, (body,), Environment(), solver=settings, output_step=0.8)
+    settings = hs.Solver(**{"step": step, "linear": LinearScenes.STEP, **solver})
+    return hs.Scene("decay", 32.0, (body,), hs.Environment(), solver=settings, output_step=0.8)
 
 
 def exact_decay(time: np.ndarray) -> np.ndarray:
@@ -105,7 +97,7 @@ CONVOLUTION = ConvolutionRadiation(LENGTH, STEP)
 STATES = StateSpaceRadiation(1e-4, LENGTH, STEP)
 
 
-def errors(scenes: list[Scene], reference: np.ndarray) -> np.ndarray:
+def errors(scenes: list[hs.Scene], reference: np.ndarray) -> np.ndarray:
     return np.array([np.abs(motion(hs.simulate(s)) - reference).max() for s in scenes])
 
 
@@ -135,17 +127,15 @@ def test_order_in_the_step_of_a_decay(figure: Figure) -> None:
         assert order.min() > 3.5
 
 
-def with_radiation(scene: Scene, radiation: Radiation | RadiationModel, step: float) -> Scene:
+def with_radiation(scene: hs.Scene, radiation: Radiation | RadiationModel, step: float) -> hs.Scene:
     return replace(
-        with_body(scene, radiation=radiation),
-        solver=Solver(step=step),
-        output_step=0.8,
+        with_body(scene, radiation=radiation), solver=hs.Solver(step=step), output_step=0.8
     )
 
 
-def oblique() -> Scene:
+def oblique() -> hs.Scene:
     """The free barge in a regular wave at 30 deg, all six motions, from another place than rest."""
-    wave = WaveTrain(RegularWave(1.0, 9.0), heading=np.radians(30.0), ramp=16.0)
+    wave = hs.WaveTrain(hs.RegularWave(1.0, 9.0), heading=np.radians(30.0), ramp=16.0)
     scene = in_waves(scene_of("free_floating"), wave)
     return with_body(replace(scene, duration=64.0), position=(0.0, 0.0, 0.5, 0.05, 0.02, 0.0))
 
@@ -198,7 +188,7 @@ def test_state_space_agrees_with_convolution_on_the_base_case(
 
 
 def test_state_space_agrees_with_convolution_in_all_six_motions(figure: Figure) -> None:
-    sea = WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
+    sea = hs.WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
     scene = replace(in_waves(scene_of("free_floating"), sea), duration=200.0)
     fitted, direct = (
         motion(hs.simulate(with_body(scene, radiation=radiation)))
@@ -217,7 +207,7 @@ def test_constant_radiation_is_the_frequency_domain_at_its_period(figure: Figure
     period = 7.0
     w = 2.0 * np.pi / period
     scene = decay(ConstantRadiation(period), 0.1)
-    waves = Environment(waves=(WaveTrain(RegularWave(1.0, period), ramp=14.0),))
+    waves = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(1.0, period), ramp=14.0),))
     run = hs.simulate(replace(scene, environment=waves, duration=280.0, output_step=0.1))
     A = UNIT * np.interp(w, *_table(added_mass))
     B = UNIT * np.interp(w, *_table(lambda w: transfer(w).real))
@@ -258,9 +248,9 @@ def test_linearised_constant_radiation_has_its_damping() -> None:
     assert stiffness[0, 0].imag == pytest.approx(w * B)
 
 
-def in_shallow_water(radiation: Radiation | RadiationModel) -> Scene:
+def in_shallow_water(radiation: Radiation | RadiationModel) -> hs.Scene:
     """The moored barge in 50 m of water, whose damping is jagged above 1.6 rad/s."""
-    scene = in_waves(scene_of("free_floating"), WaveTrain(SEA))
+    scene = in_waves(scene_of("free_floating"), hs.WaveTrain(SEA))
     scene = with_body(scene, hydrodynamics=SHALLOW, radiation=radiation)
     water = replace(scene.environment, water_depth=50.0)
     return replace(scene, environment=water, duration=60.0)

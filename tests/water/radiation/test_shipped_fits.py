@@ -1,7 +1,5 @@
 """Fits that come with the package, and those that tests bring: used, and what is made anew."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from zipfile import ZipFile
 

@@ -1,7 +1,5 @@
 """State-space models of retardation functions: accuracy, stability, passivity, grouping."""
 
-from __future__ import annotations
-
 import h5py
 import numpy as np
 import pytest

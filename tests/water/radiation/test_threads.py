@@ -1,7 +1,5 @@
 """Retardation functions and fits are the same to the bit with any number of threads of BLAS."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,0 +1,213 @@
+"""Methods of a run in Python: `run.hydrosim`, for every `xarray.Dataset` of a run.
+
+Methods and their results:
+
+    run.hydrosim                           print and notebooks show the summary: how the run ended,
+                                           warnings, motions, contacts; also of other results
+    run.hydrosim.channels()                the names of all channels
+    run.hydrosim.channel("speed.barge")    one over time, with its unit
+    run.hydrosim.plot.motions()            figures of matplotlib: overview, motions, contact, ...
+    run.hydrosim.plot.channels("speed.*")  curves of channels; ax=... draws on your own axes
+    run.hydrosim.extremes(start="200 s")   extremes with confidence: `hydrosim show --statistics`
+    run.hydrosim.explain("surge")          why a body moved: `hydrosim show --why`
+    run.hydrosim.compare("test.csv")       against a recording: `hydrosim compare`
+    run.hydrosim.export("run.csv")         for other programs: `hydrosim export`
+    run.hydrosim.case()                    the case that repeats the run: `hydrosim export --case`
+    run.hydrosim.report("report.html")     a page: `hydrosim report`
+    runs.hydrosim.extremes_over_seeds()    of many runs: most probable extremes and P90
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from hydrosim.files.arguments import Names
+    from hydrosim.files.document import Document
+    from hydrosim.interface.printed import PrintedResult
+
+
+@xr.register_dataset_accessor("hydrosim")
+class RunAccessor:
+    """Methods of a run: channels, pictures, statistics and a report."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self._run = run
+
+    def __repr__(self) -> str:
+        from hydrosim.results.dataset import is_part
+
+        attributes = self._run.attrs
+        title = attributes.get("title", "")
+        if self._holds_many():
+            return f"<{self._run.sizes['run']} runs: {title}>"
+        what = "part of a run" if is_part(self._run) else "run"
+        return f"<{what}: {title}, {attributes.get('status', 'unknown')}>"
+
+    def __str__(self) -> str:
+        return str(self.summary())
+
+    def _repr_html_(self) -> str:
+        return self.summary()._repr_html_()
+
+    def _holds_many(self) -> bool:
+        from hydrosim.results.runs_file import is_of_runs
+
+        return is_of_runs(self._run)
+
+    def _single_run(self) -> xr.Dataset:
+        """The run; InputError if the dataset holds many."""
+        from hydrosim.errors import InputError
+
+        if self._holds_many():
+            raise InputError(
+                f"found {self._run.sizes['run']} runs; expected one run, as hs.simulate or"
+                " hs.open_run gives. For many runs, use summary() or extremes_over_seeds()."
+            )
+        return self._run
+
+    def summary(self) -> Document:
+        """Text that the command of a result prints: of a run, the end of the run, warnings,
+        motions, contacts, lines; also of many runs, limits, comparisons, linear analyses."""
+        from hydrosim.interface.show import summary_of
+
+        return summary_of(self._run)
+
+    def channels(self) -> list[str]:
+        """Names of all channels, including those derived from recorded ones."""
+        from hydrosim.results.channels import channel_names
+
+        return channel_names(self._single_run())
+
+    def channel(self, name: str) -> xr.DataArray:
+        """Channel (nt,) over time, with its unit. Raises InputError if the run has no channel of
+        that name."""
+        from hydrosim.results.channels import channel_series
+
+        run = self._single_run()
+        values, unit = channel_series(run, name)
+        return xr.DataArray(values, {"time": run.time}, ("time",), name, {"units": unit})
+
+    def picture(self, name: str = "overview") -> Figure:
+        """Figure by its name in `hydrosim.report.charts.pictures.PICTURES`, such as "overview" or
+        "motions". Raises InputError if there is no such picture, or if the run has no data for
+        it."""
+        from hydrosim.report.charts.pictures import figure
+
+        return figure(self._single_run(), name)
+
+    def statistics(self, start: float = 0.0, channels: Sequence[str] = ()) -> xr.Dataset:
+        """Means, periods and extremes with confidence intervals, from ``start`` [s] on. They cover
+        motions, contacts, lines and the additional ``channels``, which may be patterns such as
+        "speed.*". Raises InputError if hardly any record is left after ``start``."""
+        from hydrosim.errors import InputError
+        from hydrosim.results.channels import channel_names, match_channels
+        from hydrosim.statistics.statistics import has_enough_records, statistics
+
+        run = self._single_run()
+        end = float(run.time[-1])
+        if not (isinstance(start, int | float) and has_enough_records(run, start)):
+            raise InputError(
+                f"found a start of {start!r}; expected a time in seconds well before"
+                f" the end of the run at {end:g} s."
+            )
+        asked = [channels] if isinstance(channels, str) else channels
+        channel_list = match_channels(channel_names(run), asked, "channels")
+        return statistics(run, start, channels=channel_list)
+
+    def extremes_over_seeds(self) -> xr.Dataset:
+        """Most probable extremes and P90 over seeds, with 90 % intervals, by channel and side, as
+        `hydrosim.statistics.over_seeds.extremes_over_seeds` describes; ``to_dataframe()`` gives a
+        table. Raises InputError for one run, and for fewer than 8 seeds."""
+        from hydrosim.errors import InputError
+        from hydrosim.statistics.over_seeds import extremes_over_seeds
+
+        if not self._holds_many():
+            raise InputError("found one run; expected many runs: hs.simulate_many(cases).")
+        return extremes_over_seeds(self._run)
+
+    @property
+    def plot(self) -> RunPlots:
+        """Pictures by their names, such as ``plot.motions()``."""
+        return RunPlots(self._single_run())
+
+    def extremes(self, **options: Any) -> PrintedResult:
+        """Means, periods and extremes with intervals, with the options of
+        `hydrosim.interface.show.find_extremes`."""
+        from hydrosim.interface.show import find_extremes
+
+        return find_extremes(self._run, **options)
+
+    def explain(self, direction: str = "surge", **options: Any) -> PrintedResult:
+        """Why a body moved, with the options of `hydrosim.interface.show.explain`."""
+        from hydrosim.interface.show import explain
+
+        return explain(self._run, direction=direction, **options)
+
+    def compare(self, recorded: str | Path, **options: Any) -> PrintedResult:
+        """Comparison with a recording, with the options of `hydrosim.interface.compare.compare`."""
+        from hydrosim.interface.compare import compare
+
+        return compare(self._run, recorded, **options)
+
+    def export(self, output: str | Path, **options: Any) -> PrintedResult:
+        """Write channels for other programs, with the options of
+        `hydrosim.interface.compare.export`."""
+        from hydrosim.interface.compare import export
+
+        return export(self._run, output, **options)
+
+    def case(self, number: int | None = None) -> str:
+        """Case (YAML) that repeats the run; of many runs that of a ``number``, from 0 on."""
+        from hydrosim.run.provenance import case_of
+
+        return case_of(self._run, number)
+
+    def report(
+        self, path: str | Path | None = None, *, replay: bool = False, overwrite: bool = False
+    ) -> Path:
+        """Write the report of a result as a page, or its three-dimensional ``replay``; return its
+        path. Without a path, it has the name that `hydrosim report` gives it."""
+        from hydrosim.interface.show import write_report
+
+        output = True if path is None else path
+        return write_report(self._run, output, replay=replay, overwrite=overwrite).files[0]
+
+
+class RunPlots:
+    """Pictures of a run by name: ``plot()`` is the overview, ``plot.motions()`` one of the others.
+    Each draws on axes ``ax`` of matplotlib, one for each panel, if given; it returns the figure."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self._run = run
+
+    def __dir__(self) -> list[str]:
+        from hydrosim.report.charts.pictures import picture_names
+
+        return picture_names()
+
+    def __call__(self, name: str = "overview", ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Picture of this name; InputError if there is none, or no data for it."""
+        from hydrosim.report.charts.pictures import draw_on_axes, figure
+
+        return figure(self._run, name) if ax is None else draw_on_axes(self._run, name, ax)
+
+    def channels(self, names: Names, ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Channels over time, those of one unit in one panel; patterns such as "position.*"."""
+        from hydrosim.files.arguments import names_in
+        from hydrosim.report.charts.pictures import draw_channels
+
+        return draw_channels(self._run, names_in(names), ax)
+
+    def __getattr__(self, name: str) -> Callable[..., Figure]:
+        if name.startswith("_") or name not in dir(self):
+            raise AttributeError(f"run.hydrosim.plot has no picture {name!r}")
+        return partial(self, name)

@@ -1,0 +1,378 @@
+"""Analyses of a case without a run: `analyse` by frequencies, of a mooring line, of ballast, of
+methods and steps; `fit_decay` of recorded decay tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from inspect import signature
+from math import degrees, pi, radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hydrosim.case import Case, load_case
+from hydrosim.case.lines.chains import is_mooring_file, read_mooring_system
+from hydrosim.errors import InputError
+from hydrosim.files.arguments import (
+    Amount,
+    Names,
+    Target,
+    lock_of,
+    numbers,
+    one_of,
+    output_for,
+    picture_beside,
+    quantity,
+    require_file,
+    seconds,
+)
+from hydrosim.files.display_units import DEFAULT, Units, unit_choice_attribute, units_of
+from hydrosim.files.outputs import Output
+from hydrosim.interface.printed import PrintedResult
+from hydrosim.results.dataset import write_run
+from hydrosim.simulation import prepare_scene
+
+if TYPE_CHECKING:
+    from hydrosim.analysis.line import StillLine
+
+MAX_ANGLE_RAD = 1.48  # rad (85 deg)
+ALL_LINES = "all"
+EXPECTED_FILE = "a case file (YAML), or an input file of MoorDyn or MoorPy"
+Values = Amount | Sequence[float]
+Report = Callable[[str], None]
+"""Receives what is being computed."""
+
+
+class Task(NamedTuple):
+    """What any analysis is told: the ``case`` or file, and where results go."""
+
+    case: Any
+    output: Target
+    overwrite: bool
+    progress: Report
+
+
+def analyse(
+    case: Case | str | Path,
+    *,
+    line: str | bool = False,
+    ballast: bool = False,
+    converge: bool = False,
+    output: Target = None,
+    overwrite: bool = False,
+    progress: Report = lambda _: None,
+    **options: Any,
+) -> PrintedResult:
+    """Analyse a case, or a file of one, without a run.
+
+    By default the analysis is linear: equilibrium without friction, natural modes, RAOs and the
+    response in the sea. Its options are ``time``, ``headings`` [deg], ``periods`` [s], ``database``
+    and ``contacts``. With ``line``, the name of a mooring line or "all", it is that of the line
+    over the ``offset`` of its fairlead; a file of MoorDyn or MoorPy needs no ``line``. With
+    ``ballast``, it is the loading condition at a ``time``, with the pump plan for a ``lift`` or a
+    ``rise`` of a ``body`` ``within`` a time, and the loss of GM at a ``heel``. With ``converge``,
+    errors and run times of ``methods`` are compared over ``steps`` and ``tolerances``.
+
+    Numbers are in SI or texts with a unit, unless another unit stands above. With ``output``, files
+    are written as by `hydrosim analyse`. Raises InputError for options of another analysis.
+    """
+    named = [("line", line), ("ballast", ballast), ("converge", converge)]
+    kinds = [name for name, choice in named if choice]
+    if len(kinds) > 1:
+        raise InputError(f"{', '.join(kinds)}: found several; expected one of them.")
+    of_lines = not isinstance(case, Case) and is_file_of_lines(Path(case))
+    kind = kinds[0] if kinds else "line" if of_lines else "linear"
+    if of_lines and kind != "line":
+        raise InputError(f"{kind}: found {case}, which is no case; expected a case.")
+    if kind == "line":
+        options["name"] = line if isinstance(line, str) and line != ALL_LINES else None
+    elif not isinstance(case, Case):
+        case = load_case(case)
+    analysis = ANALYSES[kind]
+    known = [*signature(analysis).parameters][1:]
+    if foreign := [name for name in options if name not in known]:
+        raise InputError(
+            f"{', '.join(foreign)}: not possible with {NAMES_OF_ANALYSES[kind]}. Leave it out."
+        )
+    return analysis(Task(case, output, overwrite, progress), **options)
+
+
+def is_file_of_lines(file: Path) -> bool:
+    """Whether a file is one of MoorDyn or MoorPy: neither a case nor a result."""
+    return file.suffix != ".nc" and is_mooring_file(file)
+
+
+def _analyse_linearly(
+    task: Task,
+    time: Amount = 0.0,
+    headings: Values = (),
+    periods: Values = (),
+    database: bool = False,
+    contacts: str = "stuck",
+) -> PrintedResult:
+    from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+    from hydrosim.compile.compile import Radiation
+    from hydrosim.linear.equilibrium import Contacts
+    from hydrosim.report.charts.analysis import draw_response
+    from hydrosim.report.sentences.analysis import linear_document
+
+    begin = seconds("time", time)
+    state = one_of(Contacts, contacts, "contacts")
+    all_headings = numbers(headings, "headings", positive=False) if headings else []
+    all_periods = numbers(periods, "periods") if periods else []
+    asked = {
+        "time": begin,
+        "headings": all_headings,
+        "periods": all_periods,
+        "database": database,
+        "contacts": state,
+    }
+    result = _output(task, "linear", asked)
+    page = picture_beside(result)
+    request = LinearRequest(
+        begin,
+        [radians(heading) for heading in all_headings],
+        sorted(2 * pi / period for period in all_periods),
+        Radiation.DATABASE if database else Radiation.MODEL,
+        contacts=state,
+    )
+    task.progress("linear analysis")
+    scene = task.case.scene()
+    with lock_of(result):
+        dataset = linear_analysis(scene, request)
+        if result:
+            write_run(dataset, result)
+    if page:
+        draw_response(dataset, page)
+    document = linear_document(dataset, raos=bool(all_periods))
+    return PrintedResult(document, dataset, _paths(result, page))
+
+
+def _analyse_line(
+    task: Task,
+    name: str | None = None,
+    offset: Amount | None = None,
+) -> PrintedResult:
+    """Tension, pull, stiffness and grounded length of a mooring line over offsets of its fairlead,
+    with the lines of the file at rest."""
+    from hydrosim.analysis.line import offsets_to, response
+    from hydrosim.report.charts.analysis import draw_line
+    from hydrosim.report.sentences.analysis import line_document
+
+    file = task.case.path if isinstance(task.case, Case) else Path(task.case)
+    require_file(file, EXPECTED_FILE)
+    largest = None if offset is None else quantity("offset", offset, "length", "m", "20 m")
+    if largest is not None and not largest > 0.0:
+        raise InputError(f"offset: found {largest:g} m; expected a length above 0.")
+    page = output_for(
+        task.output, f"{file.stem}_line", "line", file, overwrite=task.overwrite, suffix=".png"
+    )
+    task.progress("lines")
+    with lock_of(page):
+        title, lines, units, left_out = _lines_of(task.case)
+    chosen = _choose_line(file, lines, name)
+    offsets = offsets_to(largest or chosen.usual_offset())
+    responses = (response(chosen, offsets, False), response(chosen, offsets, True))
+    heading = f"{title}: line {chosen.name}"
+    if page:
+        draw_line(heading, chosen, responses, page, units)
+    shown = [chosen] if name else lines
+    document = line_document(heading, shown, responses, units, left_out)
+    return PrintedResult(document, None, _paths(page))
+
+
+def _lines_of(case: Case | str | Path) -> tuple[str, list[StillLine], Units, list[str]]:
+    """Title, lines and units of a case, with its bodies as they are at the start, or of a file of
+    another program; and what of that file is left out."""
+    from hydrosim.analysis.line import lines_of_case, lines_of_system
+    from hydrosim.compile.compile import compile_in_calm
+    from hydrosim.files.text import Source
+
+    if not isinstance(case, Case) and is_file_of_lines(Path(case)):
+        system = read_mooring_system(Source(Path(case)))
+        left_out = [entry.message for entry in system.left_out]
+        return Path(case).name, lines_of_system(system), DEFAULT, left_out
+    scene = (case if isinstance(case, Case) else load_case(case)).scene()
+    return scene.title, lines_of_case(compile_in_calm(scene)), units_of(scene.source), []
+
+
+def _choose_line(file: Path, lines: list[StillLine], name: str | None) -> StillLine:
+    """The line that is asked for, or the first."""
+    lines_by_name = {line.name: line for line in lines}
+    if not lines_by_name:
+        raise InputError(f"{file}: found no catenary; expected one under forces.")
+    if name is not None and name not in lines_by_name:
+        raise InputError(f"line: found {name}; expected one of {', '.join(lines_by_name)}.")
+    return lines_by_name[name] if name is not None else lines[0]
+
+
+def _analyse_ballast(
+    task: Task,
+    time: Amount = 0.0,
+    lift: Amount | None = None,
+    rise: Amount | None = None,
+    within: Amount = 3600.0,
+    heel: Amount | None = None,
+    body: str | None = None,
+) -> PrintedResult:
+    """The loading condition of bodies with tanks, and a plan of their pumps."""
+    from hydrosim.analysis.ballast import PumpPlan, conditions, find_pump_plan
+    from hydrosim.compile.compile import compile_in_calm
+    from hydrosim.report.charts.analysis import draw_loading
+    from hydrosim.report.sentences.analysis import ballast_document
+    from hydrosim.tanks.contents import triggered_pumps
+
+    page = _output(task, "ballast", suffix=".png")
+    at = quantity("time", time, "time", "s", "1 hour")
+    angle = None if heel is None else quantity("heel", heel, "angle", "rad", "5 deg")
+    if angle is not None and not 0.0 < abs(angle) < MAX_ANGLE_RAD:
+        raise InputError(
+            f"heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
+            ' A number without a unit is in rad: write "5 deg".'
+        )
+    scene = task.case.scene()
+    bodies = [body.name for body in scene.bodies if body.tanks]
+    if not bodies:
+        raise InputError(
+            f"{task.case.path}: no body has tanks; expected at least one. Add them under"
+            " bodies.NAME.tanks."
+        )
+    if body is not None and body not in bodies:
+        raise InputError(f"body: found {body}; expected one of {', '.join(bodies)}.")
+    task.progress("loading condition")
+    compiled = compile_in_calm(scene)
+    conditions_found = conditions(compiled, at, angle)
+    plan: PumpPlan | None = None
+    if lift is not None or rise is not None:
+        weight = None if lift is None else quantity("lift", lift, "force", "N", "20000 tonne_force")
+        height = 0.0 if rise is None else quantity("rise", rise, "length", "m", "0.5 m")
+        span = quantity("within", within, "time", "s", "1 hour")
+        plan = find_pump_plan(compiled, body or bodies[0], span, weight, height)
+    waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
+    if page:
+        draw_loading(conditions_found, at, page, units_of(scene.source))
+    document = ballast_document(scene, conditions_found, at, angle, plan, waiting)
+    return PrintedResult(document, None, _paths(page))
+
+
+def _analyse_convergence(
+    task: Task,
+    methods: Names = "rk2,rk4,dopri5",
+    steps: Values = "0.1,0.05,0.025",
+    tolerances: Values = "1e-5,1e-6,1e-7",
+) -> PrintedResult:
+    """Error against run time of methods and steps."""
+    from hydrosim.report.charts.analysis import draw_work_precision
+    from hydrosim.report.sentences.run import study_document
+    from hydrosim.scene import Method
+    from hydrosim.study.converge import converge, to_dataset
+
+    names = methods.split(",") if isinstance(methods, str) else methods
+    chosen = [one_of(Method, name, "methods") for name in names]
+    if Method.AUTOMATIC in chosen:
+        raise InputError(
+            "methods: found automatic, which only selects one of the other methods; expected"
+            " rk2, heun, rk4, dopri5 or esdirk4."
+        )
+    all_steps = numbers(steps, "steps")
+    all_tolerances = numbers(tolerances, "tolerances")
+    asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
+    result = _output(task, "converge", asked, what="convergence")
+    page = picture_beside(result)
+    with lock_of(result):
+        scene = prepare_scene(task.case)
+        study = converge(scene, chosen, all_steps, all_tolerances, task.progress)
+        units = unit_choice_attribute(scene.source)
+        dataset = to_dataset(study, scene.title).assign_attrs(units)
+        if result:
+            write_run(dataset, result)
+    if page:
+        draw_work_precision(dataset, page)
+    document = study_document(study, scene.title, units_of(scene.source))
+    return PrintedResult(document, dataset, _paths(result, page))
+
+
+ANALYSES: dict[str, Callable[..., PrintedResult]] = {
+    "linear": _analyse_linearly,
+    "line": _analyse_line,
+    "ballast": _analyse_ballast,
+    "converge": _analyse_convergence,
+}
+NAMES_OF_ANALYSES = {
+    "linear": "a linear analysis",
+    "line": "the analysis of a line",
+    "ballast": "the analysis of ballast",
+    "converge": "a comparison of methods and steps",
+}
+
+
+def _output(
+    task: Task,
+    name: str,
+    asked: dict[str, Any] | None = None,
+    what: str = "",
+    suffix: str = ".nc",
+) -> Output | None:
+    case = task.case
+    return output_for(
+        task.output,
+        f"{case.path.stem}_{name}",
+        what or name,
+        case.path,
+        inputs=case.inputs(),
+        overwrite=task.overwrite,
+        suffix=suffix,
+        settings="" if asked is None else case.settings(asked),
+    )
+
+
+def _paths(*outputs: Output | None) -> tuple[Path, ...]:
+    return tuple(output.path for output in outputs if output)
+
+
+def fit_decay(
+    records: Sequence[str | Path],
+    *,
+    column: str = "roll",
+    unit: str = "",
+    start: Amount | None = None,
+    end: Amount | None = None,
+    body: str = "barge",
+    output: Target = None,
+    overwrite: bool = False,
+) -> PrintedResult:
+    """Roll damping p1, p2, p3 and natural period of recorded decay tests, with 90 % intervals; and
+    the keys of a case that give it to a ``body``.
+
+    ``column`` is that of the roll angle, in ``unit`` (deg or rad) if the files do not say it. The
+    fit begins at ``start`` and stops at ``end`` [s]. Keys are written to ``output``, and a picture
+    beside it; True draws the picture alone.
+    """
+    from hydrosim.elements.roll_decay import fit_files
+    from hydrosim.report.charts.analysis import draw_decay
+    from hydrosim.report.sentences.analysis import calibration_document, keys_of
+
+    paths = [Path(record) for record in records]
+    for path in paths:
+        require_file(path, "a recording of decaying roll")
+    if unit not in ("", "deg", "rad"):
+        raise InputError(f"unit: found {unit!r}; expected deg or rad.")
+    first = Output(paths[0], "keys", paths[0], tuple(paths), overwrite, "output")
+    keys = page = None
+    if not isinstance(output, bool) and output is not None:
+        keys = first.output_at(Path(output)).checked_output()
+        if keys.path.suffix not in (".yaml", ".yml"):
+            raise InputError(f"output: found {output}; expected a name that ends in .yaml.")
+    if output:
+        drawn = keys.path.with_suffix(".png") if keys else Path(f"{paths[0].stem}_fit.png")
+        page = first.output_at(drawn, "picture").checked_output()
+    begin = None if start in (None, "") else seconds("start", start)
+    close = None if end in (None, "") else seconds("end", end)
+    fit = fit_files(paths, column, unit or None, begin, close)
+    if page:
+        draw_decay(fit, page)
+    lines = keys_of(fit, body)
+    if keys:
+        with keys.write_complete() as path:
+            path.write_text("\n".join([f"# {keys.mark}", *lines, ""]), encoding="utf-8")
+    shown = () if keys else tuple(lines)
+    return PrintedResult(calibration_document(fit), files=_paths(keys, page), lines=shown)

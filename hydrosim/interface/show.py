@@ -1,0 +1,350 @@
+"""What a result shows of itself: its summary, statistics, why a body moved, pictures, a page.
+
+Each function takes a dataset, or the file of a result; of an unfinished study, its folder.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.files.arguments import (
+    Amount,
+    Names,
+    Target,
+    names_in,
+    one_of,
+    output_for,
+    picture_beside,
+    require_file,
+    seconds,
+    window_of,
+)
+from hydrosim.files.document import Document
+from hydrosim.interface.compare import incomplete_run_warnings
+from hydrosim.interface.printed import (
+    PrintedResult,
+    draw_runs,
+    source_of,
+    stem_of,
+    table_output,
+    write_table,
+)
+from hydrosim.report.sentences import comparison, limits
+from hydrosim.report.sentences.analysis import linear_document
+from hydrosim.report.sentences.run import run_document
+from hydrosim.report.sentences.series import explanation_document, named_values
+from hydrosim.report.sentences.statistics import statistics_document
+from hydrosim.report.sentences.study import counts_by_status, study_tables
+from hydrosim.results.channels import channel_names, match_channels
+from hydrosim.results.dataset import read_run, write_run
+from hydrosim.results.journal import GATHERED, runs_at
+from hydrosim.results.runs_file import COMPLETE, is_of_runs
+from hydrosim.simulation import open_run
+from hydrosim.statistics import explain as explaining
+from hydrosim.statistics import statistics as stats
+from hydrosim.statistics.effects import combinations, plans
+
+Result = xr.Dataset | str | Path
+MIN_EXTREME_SHARE = 0.1
+"""Shortest duration of extremes, as a part of the record."""
+
+
+def _read(result: Result, read: Callable[[Path], xr.Dataset] = read_run) -> xr.Dataset:
+    """Dataset of one run or of many."""
+    if isinstance(result, xr.Dataset):
+        return result
+    path = Path(result)
+    runs = runs_at(path)
+    return read(path) if runs is None else runs
+
+
+# Summary.
+
+
+def is_linear(dataset: xr.Dataset) -> bool:
+    """Whether a dataset is that of a linear analysis."""
+    return "mode" in dataset.dims and "rao_amplitude" in dataset
+
+
+SUMMARIES: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
+    (is_of_runs, study_tables),
+    (limits.is_limits, limits.limits_tables),
+    (comparison.is_comparison, comparison.comparison_tables),
+    (comparison.is_of_studies, comparison.studies_tables),
+    (is_linear, linear_document),
+)
+"""Kinds of results besides runs, and their texts."""
+
+
+def summary_of(dataset: xr.Dataset) -> Document:
+    """The text that a command prints of its result: a run, many runs, limits of operation, a
+    comparison, or a linear analysis."""
+    for is_kind, describe in SUMMARIES:
+        if is_kind(dataset):
+            return describe(dataset)
+    return run_document(dataset)
+
+
+def summarise(result: Result) -> PrintedResult:
+    """The summary of a result of any kind."""
+    if isinstance(result, str | Path) and os.path.isfile(result):
+        try:
+            dataset = xr.open_dataset(result, engine="netcdf4", decode_times=False)
+        except (OSError, ValueError, RuntimeError):
+            dataset = xr.Dataset()  # the reader of runs says what is wrong
+        if any(is_kind(dataset) for is_kind, _ in SUMMARIES[1:]):
+            return PrintedResult(summary_of(dataset), dataset)
+        dataset.close()
+    dataset = _read(result)
+    lines = status_lines(dataset) if is_of_runs(dataset) else []
+    return PrintedResult(summary_of(dataset), dataset, lines=tuple(lines))
+
+
+def status_lines(runs: xr.Dataset) -> list[str]:
+    """Numbers of runs by status if not all are complete, and the reason why the first failed."""
+    if GATHERED in runs.attrs:
+        return [f"so far    {runs.attrs[GATHERED]}"]
+    if "status" not in runs or set(statuses := runs.status.values.tolist()) == {COMPLETE}:
+        return []
+    first = statuses.index("failed") if "failed" in statuses else None
+    failed = [f"run {first}: {runs.status_message.values[first]}"] if first is not None else []
+    return [counts_by_status(runs), *failed]
+
+
+# Statistics.
+
+
+def find_extremes(
+    result: Result,
+    *,
+    start: Amount | None = None,
+    duration: Amount | None = None,
+    channels: Names = (),
+    output: Target = None,
+    overwrite: bool = False,
+) -> PrintedResult:
+    """Means, periods and extremes with confidence intervals, and crawl in each contact phase, from
+    ``start`` on.
+
+    They cover motions, contacts, lines and the additional ``channels``, which may be patterns such
+    as "speed.*". Extremes are those of a ``duration``, by default of the record. Of many runs, the
+    result is that of each figure over the runs. With ``output``, files are written as by `hydrosim
+    show --statistics`. Raises InputError if hardly any record is left after ``start``.
+    """
+    path = source_of(result)
+    runs = result if isinstance(result, xr.Dataset) else runs_at(path)
+    if runs is not None and is_of_runs(runs):
+        table = table_output(output, path, overwrite=overwrite)
+        files = (write_table(runs, table),) if table else ()
+        return PrintedResult(study_tables(runs), runs, files)
+    if not isinstance(result, xr.Dataset):
+        require_file(path, "the result of a run or of a study (RUN.nc)")
+    name = f"{path.stem}_statistics"
+    target = output_for(output, name, "statistics", path, overwrite=overwrite)
+    run = _read(result)
+    begin, end = seconds("start", start), float(run.time[-1])
+    if not stats.has_enough_records(run, begin):
+        raise InputError(
+            f"start: found {begin:g} s; expected a time well before the end of the run at"
+            f" {end:g} s."
+        )
+    least = MIN_EXTREME_SHARE * (end - max(begin, float(run.time[0])))
+    exposure = seconds("duration", duration, inf) if duration not in (None, "") else None
+    if exposure is not None and not least <= exposure < inf:
+        raise InputError(
+            f"duration: found {exposure:g} s; expected at least a tenth of the record,"
+            f" {least:g} s. The record itself holds many samples of shorter durations."
+        )
+    all_channels = channel_names(run)
+    patterns = names_in(channels)
+    if any(name.startswith("utilisation.") for name in all_channels):
+        patterns.append("utilisation.*")
+    picked = match_channels(all_channels, patterns, "channels")
+    dataset = stats.statistics(run, begin, exposure, picked)
+    if target:
+        write_run(dataset, target)
+    document = statistics_document(run, dataset)
+    remarks = tuple(incomplete_run_warnings(run.attrs))
+    return PrintedResult(document, dataset, (target.path,) if target else (), remarks)
+
+
+# Why a body moved.
+
+Parts = dict[str, xr.Dataset]
+"""Runs to explain, by name: one run, or each combination of parameters of a study."""
+
+
+def explain(
+    result: Result,
+    *,
+    direction: str = "surge",
+    start: Amount | None = None,
+    end: Amount | None = None,
+    output: Target = None,
+    overwrite: bool = False,
+) -> PrintedResult:
+    """Why a body moved in a ``direction``, "surge" or "barge.surge": mean forces, causes of
+    friction, displacement and work by contact mode, from ``start`` to ``end``.
+
+    The run needs `output: {impulses: true}`. Of many runs, the text has means over the runs of each
+    combination of parameters, with 90 % intervals. Without its name, it is the body that moves
+    most. With ``output``, files are written as by `hydrosim show --why`.
+    """
+    from hydrosim.report.charts.explain import draw_explained
+
+    body, _, direction = direction.rpartition(".")
+    if direction not in explaining.DIRECTION_AXES:
+        known = ", ".join(explaining.DIRECTION_AXES)
+        raise InputError(f"direction: found {direction}; expected one of {known}.")
+    path = source_of(result)
+    runs = result if isinstance(result, xr.Dataset) else runs_at(path)
+    if not isinstance(result, xr.Dataset):
+        require_file(path, "the result of a run or of a study (RUN.nc)")
+    name = f"{stem_of(path)}_explained"
+    target = output_for(output, name, "explanation", path, overwrite=overwrite)
+    page = picture_beside(target)
+    between = window_of(start, end)
+    run = read_run(path) if runs is None else runs
+    try:
+        if is_of_runs(run):
+            explanations, parts = _explain_runs(run, between)
+        else:
+            explanations = explaining.explain_run(run, *between)
+            parts = {"": explanations}
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    moved = _choose_body(explanations, direction, body)
+    if target and page:
+        write_run(explanations, target)
+        first, of_first = next(iter(parts.items()))
+        draw_explained(run, of_first, moved, direction, page, first)
+    document = explanation_document(run, parts, moved, direction)
+    files = (target.path, page.path) if target and page else ()
+    return PrintedResult(document, explanations, files, tuple(status_lines(run)))
+
+
+def _explain_runs(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
+    if between != (-inf, inf):
+        raise InputError("found a study; expected one run, because of a start or an end.")
+    explanations = explaining.explanations_of_runs(runs)
+    complete = runs.status.values == COMPLETE
+    if not complete.any():
+        raise InputError("found no complete run; see the variable status_message of the file.")
+    return explanations, {
+        name: explanations.isel(run=at)
+        for name, at in _runs_by_combination(runs)
+        if complete[at].any()
+    }
+
+
+def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
+    """Name of each combination of parameters of a study, with the indices of its runs."""
+    if "design" not in runs.attrs:
+        yield "", np.arange(runs.sizes["run"])
+        return
+    for plan in plans(runs):
+        plan_runs = np.flatnonzero(np.isin(runs.run.values, plan.runs.run.values))
+        for values, at in combinations(plan):
+            values_text = named_values(plan, values)
+            yield ": ".join(part for part in (plan.name, values_text) if part), plan_runs[at]
+
+
+def _choose_body(explanations: xr.Dataset, direction: str, name: str) -> str:
+    """Body that was asked for, or the one that moves most."""
+    body_names = [str(body) for body in explanations.body.values]
+    if name and name not in body_names:
+        raise InputError(
+            f"direction: found {name}.{direction}; expected a body of {', '.join(body_names)}."
+        )
+    displacement = abs(explanations.displacement.sel(dof=direction)).fillna(0.0)
+    moved = displacement.max([dim for dim in displacement.dims if dim != "body"]).values
+    return name or (body_names[int(moved.argmax())])
+
+
+# Pictures.
+
+
+def draw_pictures(
+    result: Result,
+    folder: str | Path | None = None,
+    *,
+    channels: Names = (),
+    start: Amount | None = None,
+    end: Amount | None = None,
+    format: str = "png",
+    overwrite: bool = False,
+) -> PrintedResult:
+    """Draw the pictures of a run, or the figures of a study, into a ``folder``, by default that of
+    the result.
+
+    ``channels`` are drawn in one picture instead. The pictures cover the times from ``start`` to
+    ``end``; their ``format`` is png, svg or pdf.
+    """
+    from hydrosim.report.charts.panels import TimeWindow
+    from hydrosim.report.charts.pictures import Format, View, draw
+
+    path = source_of(result)
+    place = path.parent if folder is None else Path(folder)
+    if os.path.exists(place) and not os.path.isdir(place):
+        raise InputError(f"{place}: is a file; expected a folder for the pictures.")
+    if folder is not None and place.suffix[1:] in [*Format] and not os.path.isdir(place):
+        raise InputError(
+            f"output: found {place}; expected a folder for several pictures. `format`"
+            f" {place.suffix[1:]} selects their format."
+        )
+    kind = one_of(Format, format, "format")
+    window = TimeWindow(*window_of(start, end))
+    run = _read(result, open_run)
+    if is_of_runs(run):
+        if channels or start or end:
+            raise InputError(
+                f"channels, start, end: {path} is a study, which has no time series;"
+                " expected the result of a run."
+            )
+        lines = (*status_lines(run), *_picture_lines(draw_runs(run, place, path, overwrite, kind)))
+        return PrintedResult(Document("", []), run, lines=lines)
+    asked = names_in(channels)
+    picked = match_channels(channel_names(run), asked, "channels") if asked else ()
+    pictures = draw(run, place, path.stem, path, overwrite, View(window, picked, kind))
+    return PrintedResult(Document("", []), run, lines=_picture_lines(pictures))
+
+
+def _picture_lines(pictures: list[Path]) -> tuple[str, ...]:
+    return tuple(f"picture   {picture}" for picture in pictures)
+
+
+# Pages.
+
+
+def write_report(
+    result: Result, output: Target = True, *, replay: bool = False, overwrite: bool = False
+) -> PrintedResult:
+    """Write the report of a result as one HTML file that needs no network; with ``replay``, its
+    three-dimensional animation alone. Results are runs, studies, limits of operation and
+    comparisons."""
+    from hydrosim.report.document import document_of, replay_of, report_of
+    from hydrosim.report.page import written_page
+
+    path = source_of(result)
+    what = "replay" if replay else "report"
+    if not isinstance(result, xr.Dataset):
+        expected = "a run (RUN.nc)" if replay else "`hydrosim run`, `study` or `compare`"
+        require_file(path, f"the result of {expected}")
+    name = f"{path.stem}_{what}"
+    page = output_for(output, name, what, path, overwrite=overwrite, suffix=".html")
+    if page is None:
+        raise InputError("output: found none; expected the page to write.")
+    if isinstance(result, xr.Dataset):
+        document = document_of(result, replay)
+    else:
+        document = (replay_of if replay else report_of)(path)
+    size = written_page(document, page)
+    line = f"{what}    {page.path}, {size / 1e6:.1f} MB"
+    return PrintedResult(Document("", []), files=(page.path,), lines=(line,))
