@@ -201,7 +201,7 @@ def contact_chart(
 def motion_charts(run: xr.Dataset) -> Iterator[Chart]:
     """The translations and the rotations of each body that moves; all if none moves at all."""
     bodies = [*map(str, run.body.values)]
-    moves = bool((np.abs(run.position) >= NEGLIGIBLE_MOTION).any())
+    moves = bool((np.abs(run.position.values) >= NEGLIGIBLE_MOTION).any())
     least = NEGLIGIBLE_MOTION if moves else 0.0
     for body in bodies:
         subject = body if len(bodies) > 1 else ""
@@ -308,7 +308,7 @@ def _crawl_charts(run: xr.Dataset) -> Iterator[Chart]:
         contact_chart(
             run, f"crawl {axis}", "m", paths.sel(axis=axis), f"Crawl of contact points in {axis}"
         )
-        for axis in map(str, paths.axis.values)
+        for axis in map(str, run.axis.values)
     ]
     least = NEGLIGIBLE_MOTION * max(chart.peak for chart in charts)
     yield from (chart for chart in charts if chart.peak > least)
@@ -378,7 +378,7 @@ def ledger_names(run: xr.Dataset, part: str) -> list[str]:
     """Names of the energies of a part of the ledger that are not zero throughout."""
     start = f"energy_{part}_"
     names = (str(name) for name in run.data_vars if str(name).startswith(start))
-    return [name.removeprefix(start) for name in names if run[name].any()]
+    return [name.removeprefix(start) for name in names if run[name].values.any()]
 
 
 DERIVED: Mapping[str, Callable[[xr.Dataset], Iterable[Chart]]] = {
