@@ -17,13 +17,8 @@ import numpy as np
 from hydrosim.case.lines.chains import mooring_lines, water_of_system
 from hydrosim.case.lines.system import stiffness_and_curves
 from hydrosim.compile.validate_scene import STRAINED
+from hydrosim.elements.line import points
 from hydrosim.elements.line.hang import SuspendedLine, find_touchdown, new_pieces
-from hydrosim.elements.line.points import (
-    largest_strain,
-    largest_tension,
-    line_points,
-    line_shapes,
-)
 from hydrosim.elements.line.search import stiffness
 from hydrosim.elements.line.shape import REASONS, LinePull, solve
 from hydrosim.files.text import Source
@@ -78,7 +73,7 @@ class StillLine:
     def profile(self) -> tuple[np.ndarray, np.ndarray]:
         """Places (n, 2) [m] from the fairlead to the anchor: the distance from the anchor, and the
         height above it; tensions (n,) [N]."""
-        places, tension = line_points(self.suspended_line, self.end_forces(), PROFILE_POINTS)
+        places, tension = points.line_points(self.suspended_line, self.end_forces(), PROFILE_POINTS)
         return np.stack([self.x - places[:, 0], places[:, 1]], axis=1), tension
 
     def grounded_length(self, pull: LinePull) -> float:
@@ -153,7 +148,9 @@ def lines_of_case(compiled: Compiled) -> list[StillLine]:
     """The catenaries of a compiled scene, as they are at its start."""
     model, state = compiled.model, compiled.state
     motion = motion_at(model, state.y)
-    shapes = line_shapes(model, compiled.scene, 0.0, state.y, state.modes, model.bodies, motion)
+    shapes = points.line_shapes(
+        model, compiled.scene, 0.0, state.y, state.modes, model.bodies, motion
+    )
     return [
         StillLine(
             line.name,
@@ -195,7 +192,7 @@ def lines_of_system(system: System) -> list[StillLine]:
 def _check_strain(line: StillLine, source: Source) -> None:
     """Refuse a line that no line is, because it would be stretched by a fifth and more."""
     pull = line.end_forces()
-    strain = largest_strain(line.pieces, largest_tension(pull))
+    strain = points.largest_strain(line.pieces, points.largest_tension(pull))
     if pull.converged and strain > STRAINED:
         source.wrong(
             f"found line {line.name} of {line.length:g} m, while its ends are"

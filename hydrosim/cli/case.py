@@ -226,9 +226,10 @@ def analyse(
     are written.
     """
     from hydrosim.case.load import load_case
+    from hydrosim.files.arguments import require_file
     from hydrosim.interface import analyse as analysing
 
-    analysing.require_file(file, analysing.EXPECTED_FILE)
+    require_file(file, analysing.EXPECTED_FILE)
     case: Any = file
     if not analysing.is_file_of_lines(file):
         case = load_case(file, settings)

@@ -101,6 +101,12 @@ def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
 
 
 @kernel
+def motions_of_joints(elements):
+    """Constants of the free motions of joints."""
+    return elements.joint_motions
+
+
+@kernel
 def joint_output_start(elements):
     """Place of the loads of joints in the output of `write_outputs`."""
     return elements.output_starts.joint

@@ -21,18 +21,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.elements import channel
-from hydrosim.elements.kind import (
-    Columns,
-    KindWithModeSets,
-    Layout,
-    ModeRows,
-    ModeSet,
-    StateBlocks,
-    UnitRecord,
-    Variable,
-    constraint_names,
-    rest_at_first,
-)
+from hydrosim.elements import kind as kinds
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_INDEX, RISING
@@ -73,7 +62,9 @@ class TriggerConstants(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> TriggerConstants:
+def compile_elements(
+    elements: Mapping[str, ForceElement], layout: kinds.Layout
+) -> TriggerConstants:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
     rows: list[Any] = []
@@ -101,7 +92,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tr
 
 
 def _compile_conditions(
-    key: str, active: Active, elements: Mapping[str, ForceElement], layout: Layout
+    key: str, active: Active, elements: Mapping[str, ForceElement], layout: kinds.Layout
 ) -> tuple[Any, Any]:
     """The conditions of the start and of the end."""
     start = active.start or When(time=-inf)
@@ -115,7 +106,7 @@ def _compile_conditions(
 
 
 def _compile_condition(
-    when: When, elements: Mapping[str, ForceElement], layout: Layout
+    when: When, elements: Mapping[str, ForceElement], layout: kinds.Layout
 ) -> tuple[Any, ...]:
     if when.channel is None:
         return when.time, False, (0, 0, 0), 1.0, 0.0, 0.0
@@ -218,15 +209,15 @@ def clear_inactive_energy(modes, p, stored):
             stored[trigger.row] = 0.0
 
 
-class TriggerKind(KindWithModeSets):
+class TriggerKind(kinds.KindWithModeSets):
     unit = "trigger"
     variables: ClassVar = {
-        "trigger_stage": Variable(
+        "trigger_stage": kinds.Variable(
             "before, during or after the time in which an element acts",
             "1",
             flags="before during after",
         ),
-        "trigger_waits": Variable("1 while the condition of the trigger is met", "1"),
+        "trigger_waits": kinds.Variable("1 while the condition of the trigger is met", "1"),
     }
 
     def unit_names(self, scene: Scene) -> list[str]:
@@ -234,20 +225,24 @@ class TriggerKind(KindWithModeSets):
         and of joints that are active for a limited time."""
         named = [name for name, element in scene.forces.items() if element.active is not None]
         flows = flow_names(scene)
-        held = [name for name in constraint_names(scene) if scene.joints[name].active is not None]
+        held = [
+            name for name in kinds.constraint_names(scene) if scene.joints[name].active is not None
+        ]
         return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene)), *held]
 
-    def modes(self, p: TriggerConstants) -> ModeRows:
-        return ModeRows(p.each.size, "stage", "waits")
+    def modes(self, p: TriggerConstants) -> kinds.ModeRows:
+        return kinds.ModeRows(p.each.size, "stage", "waits")
 
-    def states(self, p: TriggerConstants, scene: Scene) -> Iterator[StateBlocks]:
-        yield StateBlocks("trigger", self.unit_names(scene), TRIGGER_STATE_NAMES)
+    def states(self, p: TriggerConstants, scene: Scene) -> Iterator[kinds.StateBlocks]:
+        yield kinds.StateBlocks("trigger", self.unit_names(scene), TRIGGER_STATE_NAMES)
 
-    def mode_sets(self, p: TriggerConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: TriggerConstants) -> Sequence[kinds.ModeSet]:
         """The posture in which all elements act."""
-        return [ModeSet("", rest_at_first(np.zeros(p.each.size), DURING))]
+        return [kinds.ModeSet("", kinds.rest_at_first(np.zeros(p.each.size), DURING))]
 
-    def record(self, p: TriggerConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(
+        self, p: TriggerConstants, bodies: Any, unit_record: kinds.UnitRecord
+    ) -> kinds.Columns:
         return {
             "trigger_stage": (("time", "trigger"), unit_record.modes[:, :, MODE].astype(np.int8))
         }

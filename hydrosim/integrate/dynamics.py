@@ -207,12 +207,7 @@ def new_work(model: Model) -> Work:
             events.drive_count(model.elements),
         ),
         load_friction.new_load_friction(
-            model.elements.joint_motions.loaded.size,
-            model.bodies.each.size,
-            model.elements.locks.joints,
-            model.rows,
-            n,
-            rows,
+            model.elements, model.bodies.each.size, model.rows, n, rows
         ),
         new_sums(model.following),
         new_block(model.following),
@@ -374,7 +369,7 @@ def accelerate_with_friction(y, modes, model, work, x):
     motion = work.motion
     bodies = model.bodies
     friction = work.friction
-    p = model.elements.joint_motions
+    p = events.motions_of_joints(model.elements)
     assign(friction.total, work.total)  # scratch of constraints
     add_constraints(y, modes, model, work)
     load_friction.find_directions(modes, p, friction)
@@ -411,7 +406,7 @@ def _find_bearing_loads(k, y, modes, model, work):
     missing = friction.missing
     bodies = model.bodies
     motion = work.motion
-    p = model.elements.joint_motions
+    p = events.motions_of_joints(model.elements)
     clear(wrench.reshape(wrench.size))
     events.add_reactions(
         y, modes, motion, bodies, model.elements, work.constraints, work.holds, wrench

@@ -12,19 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hydrosim.case import Case, load_case
 from hydrosim.case.lines.chains import is_mooring_file, read_mooring_system
 from hydrosim.errors import InputError
-from hydrosim.files.arguments import (
-    Amount,
-    Names,
-    Target,
-    lock_of,
-    numbers,
-    one_of,
-    output_for,
-    picture_beside,
-    quantity,
-    require_file,
-    seconds,
-)
+from hydrosim.files import arguments
 from hydrosim.files.display_units import DEFAULT, Units, unit_choice_attribute, units_of
 from hydrosim.files.outputs import Output
 from hydrosim.interface.printed import PrintedResult
@@ -37,7 +25,7 @@ if TYPE_CHECKING:
 MAX_ANGLE_RAD = 1.48  # rad (85 deg)
 ALL_LINES = "all"
 EXPECTED_FILE = "a case file (YAML), or an input file of MoorDyn or MoorPy"
-Values = Amount | Sequence[float]
+Values = arguments.Amount | Sequence[float]
 Report = Callable[[str], None]
 """Receives what is being computed."""
 
@@ -46,7 +34,7 @@ class Task(NamedTuple):
     """What any analysis is told: the ``case`` or file, and where results go."""
 
     case: Any
-    output: Target
+    output: arguments.Target
     overwrite: bool
     progress: Report
 
@@ -57,7 +45,7 @@ def analyse(
     line: str | bool = False,
     ballast: bool = False,
     converge: bool = False,
-    output: Target = None,
+    output: arguments.Target = None,
     overwrite: bool = False,
     progress: Report = lambda _: None,
     **options: Any,
@@ -103,7 +91,7 @@ def is_file_of_lines(file: Path) -> bool:
 
 def _analyse_linearly(
     task: Task,
-    time: Amount = 0.0,
+    time: arguments.Amount = 0.0,
     headings: Values = (),
     periods: Values = (),
     database: bool = False,
@@ -115,10 +103,10 @@ def _analyse_linearly(
     from hydrosim.report.charts.analysis import draw_response
     from hydrosim.report.sentences.analysis import linear_document
 
-    begin = seconds("time", time)
-    state = one_of(Contacts, contacts, "contacts")
-    all_headings = numbers(headings, "headings", positive=False) if headings else []
-    all_periods = numbers(periods, "periods") if periods else []
+    begin = arguments.seconds("time", time)
+    state = arguments.one_of(Contacts, contacts, "contacts")
+    all_headings = arguments.numbers(headings, "headings", positive=False) if headings else []
+    all_periods = arguments.numbers(periods, "periods") if periods else []
     asked = {
         "time": begin,
         "headings": all_headings,
@@ -127,7 +115,7 @@ def _analyse_linearly(
         "contacts": state,
     }
     result = _output(task, "linear", asked)
-    page = picture_beside(result)
+    page = arguments.picture_beside(result)
     request = LinearRequest(
         begin,
         [radians(heading) for heading in all_headings],
@@ -137,7 +125,7 @@ def _analyse_linearly(
     )
     task.progress("linear analysis")
     scene = task.case.scene()
-    with lock_of(result):
+    with arguments.lock_of(result):
         dataset = linear_analysis(scene, request)
         if result:
             write_run(dataset, result)
@@ -150,7 +138,7 @@ def _analyse_linearly(
 def _analyse_line(
     task: Task,
     name: str | None = None,
-    offset: Amount | None = None,
+    offset: arguments.Amount | None = None,
 ) -> PrintedResult:
     """Tension, pull, stiffness and grounded length of a mooring line over offsets of its fairlead,
     with the lines of the file at rest."""
@@ -159,15 +147,17 @@ def _analyse_line(
     from hydrosim.report.sentences.analysis import line_document
 
     file = task.case.path if isinstance(task.case, Case) else Path(task.case)
-    require_file(file, EXPECTED_FILE)
-    largest = None if offset is None else quantity("offset", offset, "length", "m", "20 m")
+    arguments.require_file(file, EXPECTED_FILE)
+    largest = (
+        None if offset is None else arguments.quantity("offset", offset, "length", "m", "20 m")
+    )
     if largest is not None and not largest > 0.0:
         raise InputError(f"offset: found {largest:g} m; expected a length above 0.")
-    page = output_for(
+    page = arguments.output_for(
         task.output, f"{file.stem}_line", "line", file, overwrite=task.overwrite, suffix=".png"
     )
     task.progress("lines")
-    with lock_of(page):
+    with arguments.lock_of(page):
         title, lines, units, left_out = _lines_of(task.case)
     chosen = _choose_line(file, lines, name)
     offsets = offsets_to(largest or chosen.usual_offset())
@@ -207,11 +197,11 @@ def _choose_line(file: Path, lines: list[StillLine], name: str | None) -> StillL
 
 def _analyse_ballast(
     task: Task,
-    time: Amount = 0.0,
-    lift: Amount | None = None,
-    rise: Amount | None = None,
-    within: Amount = 3600.0,
-    heel: Amount | None = None,
+    time: arguments.Amount = 0.0,
+    lift: arguments.Amount | None = None,
+    rise: arguments.Amount | None = None,
+    within: arguments.Amount = 3600.0,
+    heel: arguments.Amount | None = None,
     body: str | None = None,
 ) -> PrintedResult:
     """The loading condition of bodies with tanks, and a plan of their pumps."""
@@ -222,8 +212,8 @@ def _analyse_ballast(
     from hydrosim.tanks.contents import triggered_pumps
 
     page = _output(task, "ballast", suffix=".png")
-    at = quantity("time", time, "time", "s", "1 hour")
-    angle = None if heel is None else quantity("heel", heel, "angle", "rad", "5 deg")
+    at = arguments.quantity("time", time, "time", "s", "1 hour")
+    angle = None if heel is None else arguments.quantity("heel", heel, "angle", "rad", "5 deg")
     if angle is not None and not 0.0 < abs(angle) < MAX_ANGLE_RAD:
         raise InputError(
             f"heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
@@ -243,9 +233,13 @@ def _analyse_ballast(
     conditions_found = conditions(compiled, at, angle)
     plan: PumpPlan | None = None
     if lift is not None or rise is not None:
-        weight = None if lift is None else quantity("lift", lift, "force", "N", "20000 tonne_force")
-        height = 0.0 if rise is None else quantity("rise", rise, "length", "m", "0.5 m")
-        span = quantity("within", within, "time", "s", "1 hour")
+        weight = (
+            None
+            if lift is None
+            else arguments.quantity("lift", lift, "force", "N", "20000 tonne_force")
+        )
+        height = 0.0 if rise is None else arguments.quantity("rise", rise, "length", "m", "0.5 m")
+        span = arguments.quantity("within", within, "time", "s", "1 hour")
         plan = find_pump_plan(compiled, body or bodies[0], span, weight, height)
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
     if page:
@@ -256,7 +250,7 @@ def _analyse_ballast(
 
 def _analyse_convergence(
     task: Task,
-    methods: Names = "rk2,rk4,dopri5",
+    methods: arguments.Names = "rk2,rk4,dopri5",
     steps: Values = "0.1,0.05,0.025",
     tolerances: Values = "1e-5,1e-6,1e-7",
 ) -> PrintedResult:
@@ -267,18 +261,18 @@ def _analyse_convergence(
     from hydrosim.study.converge import converge, to_dataset
 
     names = methods.split(",") if isinstance(methods, str) else methods
-    chosen = [one_of(Method, name, "methods") for name in names]
+    chosen = [arguments.one_of(Method, name, "methods") for name in names]
     if Method.AUTOMATIC in chosen:
         raise InputError(
             "methods: found automatic, which only selects one of the other methods; expected"
             " rk2, heun, rk4, dopri5 or esdirk4."
         )
-    all_steps = numbers(steps, "steps")
-    all_tolerances = numbers(tolerances, "tolerances")
+    all_steps = arguments.numbers(steps, "steps")
+    all_tolerances = arguments.numbers(tolerances, "tolerances")
     asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
     result = _output(task, "converge", asked, what="convergence")
-    page = picture_beside(result)
-    with lock_of(result):
+    page = arguments.picture_beside(result)
+    with arguments.lock_of(result):
         scene = prepare_scene(task.case)
         study = converge(scene, chosen, all_steps, all_tolerances, task.progress)
         units = unit_choice_attribute(scene.source)
@@ -313,7 +307,7 @@ def _output(
     suffix: str = ".nc",
 ) -> Output | None:
     case = task.case
-    return output_for(
+    return arguments.output_for(
         task.output,
         f"{case.path.stem}_{name}",
         what or name,
@@ -334,10 +328,10 @@ def fit_decay(
     *,
     column: str = "roll",
     unit: str = "",
-    start: Amount | None = None,
-    end: Amount | None = None,
+    start: arguments.Amount | None = None,
+    end: arguments.Amount | None = None,
     body: str = "barge",
-    output: Target = None,
+    output: arguments.Target = None,
     overwrite: bool = False,
 ) -> PrintedResult:
     """Roll damping p1, p2, p3 and natural period of recorded decay tests, with 90 % intervals; and
@@ -353,7 +347,7 @@ def fit_decay(
 
     paths = [Path(record) for record in records]
     for path in paths:
-        require_file(path, "a recording of decaying roll")
+        arguments.require_file(path, "a recording of decaying roll")
     if unit not in ("", "deg", "rad"):
         raise InputError(f"unit: found {unit!r}; expected deg or rad.")
     first = Output(paths[0], "keys", paths[0], tuple(paths), overwrite, "output")
@@ -365,8 +359,8 @@ def fit_decay(
     if output:
         drawn = keys.path.with_suffix(".png") if keys else Path(f"{paths[0].stem}_fit.png")
         page = first.output_at(drawn, "picture").checked_output()
-    begin = None if start in (None, "") else seconds("start", start)
-    close = None if end in (None, "") else seconds("end", end)
+    begin = None if start in (None, "") else arguments.seconds("start", start)
+    close = None if end in (None, "") else arguments.seconds("end", end)
     fit = fit_files(paths, column, unit or None, begin, close)
     if page:
         draw_decay(fit, page)

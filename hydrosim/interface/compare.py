@@ -11,19 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
-from hydrosim.files.arguments import (
-    Amount,
-    Names,
-    Target,
-    names_in,
-    numbers,
-    one_of,
-    output_for,
-    picture_beside,
-    require_file,
-    seconds,
-    window_of,
-)
+from hydrosim.files import arguments
 from hydrosim.files.display_units import unit_choice_attribute, units_of
 from hydrosim.files.document import Document
 from hydrosim.interface.printed import PrintedResult, source_of
@@ -48,13 +36,13 @@ def compare(
     mapping: str | Path | None = None,
     tolerance: float | Mapping[str, float] | None = None,
     shift: bool = False,
-    channels: Names | None = None,
-    start: Amount | None = None,
-    end: Amount | None = None,
-    bands: Amount | tuple[float, float] = BANDS,
+    channels: arguments.Names | None = None,
+    start: arguments.Amount | None = None,
+    end: arguments.Amount | None = None,
+    bands: arguments.Amount | tuple[float, float] = BANDS,
     exact: bool = False,
-    ignore: Names = (),
-    output: Target = None,
+    ignore: arguments.Names = (),
+    output: arguments.Target = None,
     overwrite: bool = False,
 ) -> PrintedResult:
     """Compare a run, or the run in a file, with a recording, channel by channel.
@@ -83,7 +71,7 @@ def compare(
     if exact:
         settings |= {"output": output not in (None, True), "overwrite": overwrite}
         _refuse(settings, "`exact`, which compares all variables")
-        return _compare_exactly(run, recorded, names_in(ignore))
+        return _compare_exactly(run, recorded, arguments.names_in(ignore))
     if ignore:
         raise InputError(
             "ignore: found no `exact`; expected both. `ignore` names variables that `exact` skips."
@@ -94,9 +82,9 @@ def compare(
         _refuse(settings, f"{run}, a file of many runs")
     else:
         if isinstance(of, str | Path):
-            require_file(run, "the result of a run (RUN.nc)")
-        require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
-    result = output_for(
+            arguments.require_file(run, "the result of a run (RUN.nc)")
+        arguments.require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
+    result = arguments.output_for(
         output, f"{run.stem}_compare", "comparison", run, inputs=inputs, overwrite=overwrite
     )
     if runs is not None:
@@ -109,8 +97,8 @@ def compare(
     from hydrosim.report.charts.explain import draw_comparison
     from hydrosim.report.sentences.comparison import comparison_tables
 
-    page = picture_beside(result)
-    between = window_of(start, end)
+    page = arguments.picture_beside(result)
+    between = arguments.window_of(start, end)
     limits = _tolerances(tolerance)
     dataset_of_run = open_run(run) if isinstance(of, str | Path) else of
     comparison = comparison_of(
@@ -120,7 +108,7 @@ def compare(
         shift=shift,
         between=between,
         edges=_band_edges(bands),
-        only=names_in(channels) or ("*",),
+        only=arguments.names_in(channels) or ("*",),
     )
     exceeded = exceeded_tolerances(comparison, limits)
     attributes = _comparison_attributes(dataset_of_run, run, recorded)
@@ -196,8 +184,8 @@ def _tolerances(tolerance: float | Mapping[str, float] | None) -> dict[str, floa
     return limits
 
 
-def _band_edges(bands: Amount | tuple[float, float]) -> tuple[float, float]:
-    edges = numbers(bands, "bands")
+def _band_edges(bands: arguments.Amount | tuple[float, float]) -> tuple[float, float]:
+    edges = arguments.numbers(bands, "bands")
     if len(edges) != 2 or edges[0] >= edges[1]:
         raise InputError(
             f"bands: found {bands!r}; expected two increasing frequencies in rad/s,"
@@ -220,12 +208,12 @@ def export(
     run: xr.Dataset | str | Path,
     output: str | Path,
     *,
-    channels: Names = (),
-    start: Amount | None = None,
-    end: Amount | None = None,
+    channels: arguments.Names = (),
+    start: arguments.Amount | None = None,
+    end: arguments.Amount | None = None,
     date: str = "",
     recording: bool = False,
-    step: Amount | None = None,
+    step: arguments.Amount | None = None,
     digits: int = 17,
     units: str = "",
     overwrite: bool = False,
@@ -239,8 +227,10 @@ def export(
     """
     of, run, output = run, source_of(run), Path(output)
     if recording:
-        read_in = one_of(ExportUnits, units or ExportUnits.SI, "units")
-        return _write_recording(of, output, names_in(channels), step, digits, overwrite, read_in)
+        read_in = arguments.one_of(ExportUnits, units or ExportUnits.SI, "units")
+        return _write_recording(
+            of, output, arguments.names_in(channels), step, digits, overwrite, read_in
+        )
     if step not in (None, ""):
         raise InputError(
             "step: found no `recording`; expected both. Other files have the output times of the"
@@ -251,8 +241,8 @@ def export(
     suffix = check_suffix(output)
     unit_system = _chosen_units(units, suffix)
     begin = _read_date(date, suffix)
-    window = window_of(start, end)
-    result = output_for(output, "", "export", run, overwrite=overwrite, suffix=suffix)
+    window = arguments.window_of(start, end)
+    result = arguments.output_for(output, "", "export", run, overwrite=overwrite, suffix=suffix)
     assert result is not None
     runs = open_runs(run) if isinstance(of, str | Path) else of if is_of_runs(of) else None
     if runs is not None:
@@ -262,7 +252,7 @@ def export(
             " makes its result."
         )
     dataset = read_run(run) if isinstance(of, str | Path) else of
-    table = table_of(dataset, names_in(channels), *window)
+    table = table_of(dataset, arguments.names_in(channels), *window)
     if unit_system is ExportUnits.CASE:
         table = table.read_in(units_of(dataset.attrs))
     _write_table(table, result, begin)
@@ -288,14 +278,14 @@ def _chosen_units(units: str, suffix: str) -> ExportUnits:
         if units not in ("", ExportUnits.SI):
             raise InputError(f"units: found {units}; expected si, as .nc is always in SI.")
         return ExportUnits.SI
-    return one_of(ExportUnits, units or ExportUnits.CASE, "units")
+    return arguments.one_of(ExportUnits, units or ExportUnits.CASE, "units")
 
 
 def _write_recording(
     run: xr.Dataset | str | Path,
     output: Path,
     patterns: list[str],
-    step: Amount | None,
+    step: arguments.Amount | None,
     digits: int,
     overwrite: bool,
     unit_system: ExportUnits,
@@ -307,9 +297,9 @@ def _write_recording(
     from hydrosim.results.channels import default_channels, match_channels
 
     origin = source_of(run)
-    result = output_for(output, "", "recording", origin, overwrite=overwrite, suffix=None)
+    result = arguments.output_for(output, "", "recording", origin, overwrite=overwrite, suffix=None)
     assert result is not None
-    interval = None if step in (None, "") else seconds("step", step)
+    interval = None if step in (None, "") else arguments.seconds("step", step)
     if interval is not None and not interval > 0.0:
         raise InputError(f"step: found {interval:g} s; expected a positive time, such as 0.5 s.")
     dataset = open_run(run) if isinstance(run, str | Path) else run

@@ -14,28 +14,10 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.files.arguments import (
-    Amount,
-    Names,
-    Target,
-    names_in,
-    one_of,
-    output_for,
-    picture_beside,
-    require_file,
-    seconds,
-    window_of,
-)
+from hydrosim.files import arguments
 from hydrosim.files.document import Document
+from hydrosim.interface import printed
 from hydrosim.interface.compare import incomplete_run_warnings
-from hydrosim.interface.printed import (
-    PrintedResult,
-    draw_runs,
-    source_of,
-    stem_of,
-    table_output,
-    write_table,
-)
 from hydrosim.report.sentences import comparison, limits
 from hydrosim.report.sentences.analysis import linear_document
 from hydrosim.report.sentences.run import run_document
@@ -92,7 +74,7 @@ def summary_of(dataset: xr.Dataset) -> Document:
     return run_document(dataset)
 
 
-def summarise(result: Result) -> PrintedResult:
+def summarise(result: Result) -> printed.PrintedResult:
     """The summary of a result of any kind."""
     if isinstance(result, str | Path) and os.path.isfile(result):
         try:
@@ -100,11 +82,11 @@ def summarise(result: Result) -> PrintedResult:
         except (OSError, ValueError, RuntimeError):
             dataset = xr.Dataset()  # the reader of runs says what is wrong
         if any(is_kind(dataset) for is_kind, _ in SUMMARIES[1:]):
-            return PrintedResult(summary_of(dataset), dataset)
+            return printed.PrintedResult(summary_of(dataset), dataset)
         dataset.close()
     dataset = _read(result)
     lines = status_lines(dataset) if is_of_runs(dataset) else []
-    return PrintedResult(summary_of(dataset), dataset, lines=tuple(lines))
+    return printed.PrintedResult(summary_of(dataset), dataset, lines=tuple(lines))
 
 
 def status_lines(runs: xr.Dataset) -> list[str]:
@@ -124,12 +106,12 @@ def status_lines(runs: xr.Dataset) -> list[str]:
 def find_extremes(
     result: Result,
     *,
-    start: Amount | None = None,
-    duration: Amount | None = None,
-    channels: Names = (),
-    output: Target = None,
+    start: arguments.Amount | None = None,
+    duration: arguments.Amount | None = None,
+    channels: arguments.Names = (),
+    output: arguments.Target = None,
     overwrite: bool = False,
-) -> PrintedResult:
+) -> printed.PrintedResult:
     """Means, periods and extremes with confidence intervals, and crawl in each contact phase, from
     ``start`` on.
 
@@ -138,32 +120,32 @@ def find_extremes(
     result is that of each figure over the runs. With ``output``, files are written as by `hydrosim
     show --statistics`. Raises InputError if hardly any record is left after ``start``.
     """
-    path = source_of(result)
+    path = printed.source_of(result)
     runs = result if isinstance(result, xr.Dataset) else runs_at(path)
     if runs is not None and is_of_runs(runs):
-        table = table_output(output, path, overwrite=overwrite)
-        files = (write_table(runs, table),) if table else ()
-        return PrintedResult(study_tables(runs), runs, files)
+        table = printed.table_output(output, path, overwrite=overwrite)
+        files = (printed.write_table(runs, table),) if table else ()
+        return printed.PrintedResult(study_tables(runs), runs, files)
     if not isinstance(result, xr.Dataset):
-        require_file(path, "the result of a run or of a study (RUN.nc)")
+        arguments.require_file(path, "the result of a run or of a study (RUN.nc)")
     name = f"{path.stem}_statistics"
-    target = output_for(output, name, "statistics", path, overwrite=overwrite)
+    target = arguments.output_for(output, name, "statistics", path, overwrite=overwrite)
     run = _read(result)
-    begin, end = seconds("start", start), float(run.time[-1])
+    begin, end = arguments.seconds("start", start), float(run.time[-1])
     if not stats.has_enough_records(run, begin):
         raise InputError(
             f"start: found {begin:g} s; expected a time well before the end of the run at"
             f" {end:g} s."
         )
     least = MIN_EXTREME_SHARE * (end - max(begin, float(run.time[0])))
-    exposure = seconds("duration", duration, inf) if duration not in (None, "") else None
+    exposure = arguments.seconds("duration", duration, inf) if duration not in (None, "") else None
     if exposure is not None and not least <= exposure < inf:
         raise InputError(
             f"duration: found {exposure:g} s; expected at least a tenth of the record,"
             f" {least:g} s. The record itself holds many samples of shorter durations."
         )
     all_channels = channel_names(run)
-    patterns = names_in(channels)
+    patterns = arguments.names_in(channels)
     if any(name.startswith("utilisation.") for name in all_channels):
         patterns.append("utilisation.*")
     picked = match_channels(all_channels, patterns, "channels")
@@ -172,7 +154,7 @@ def find_extremes(
         write_run(dataset, target)
     document = statistics_document(run, dataset)
     remarks = tuple(incomplete_run_warnings(run.attrs))
-    return PrintedResult(document, dataset, (target.path,) if target else (), remarks)
+    return printed.PrintedResult(document, dataset, (target.path,) if target else (), remarks)
 
 
 # Why a body moved.
@@ -185,11 +167,11 @@ def explain(
     result: Result,
     *,
     direction: str = "surge",
-    start: Amount | None = None,
-    end: Amount | None = None,
-    output: Target = None,
+    start: arguments.Amount | None = None,
+    end: arguments.Amount | None = None,
+    output: arguments.Target = None,
     overwrite: bool = False,
-) -> PrintedResult:
+) -> printed.PrintedResult:
     """Why a body moved in a ``direction``, "surge" or "barge.surge": mean forces, causes of
     friction, displacement and work by contact mode, from ``start`` to ``end``.
 
@@ -203,14 +185,14 @@ def explain(
     if direction not in explaining.DIRECTION_AXES:
         known = ", ".join(explaining.DIRECTION_AXES)
         raise InputError(f"direction: found {direction}; expected one of {known}.")
-    path = source_of(result)
+    path = printed.source_of(result)
     runs = result if isinstance(result, xr.Dataset) else runs_at(path)
     if not isinstance(result, xr.Dataset):
-        require_file(path, "the result of a run or of a study (RUN.nc)")
-    name = f"{stem_of(path)}_explained"
-    target = output_for(output, name, "explanation", path, overwrite=overwrite)
-    page = picture_beside(target)
-    between = window_of(start, end)
+        arguments.require_file(path, "the result of a run or of a study (RUN.nc)")
+    name = f"{printed.stem_of(path)}_explained"
+    target = arguments.output_for(output, name, "explanation", path, overwrite=overwrite)
+    page = arguments.picture_beside(target)
+    between = arguments.window_of(start, end)
     run = read_run(path) if runs is None else runs
     try:
         if is_of_runs(run):
@@ -227,7 +209,7 @@ def explain(
         draw_explained(run, of_first, moved, direction, page, first)
     document = explanation_document(run, parts, moved, direction)
     files = (target.path, page.path) if target and page else ()
-    return PrintedResult(document, explanations, files, tuple(status_lines(run)))
+    return printed.PrintedResult(document, explanations, files, tuple(status_lines(run)))
 
 
 def _explain_runs(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
@@ -275,12 +257,12 @@ def draw_pictures(
     result: Result,
     folder: str | Path | None = None,
     *,
-    channels: Names = (),
-    start: Amount | None = None,
-    end: Amount | None = None,
+    channels: arguments.Names = (),
+    start: arguments.Amount | None = None,
+    end: arguments.Amount | None = None,
     format: str = "png",
     overwrite: bool = False,
-) -> PrintedResult:
+) -> printed.PrintedResult:
     """Draw the pictures of a run, or the figures of a study, into a ``folder``, by default that of
     the result.
 
@@ -290,7 +272,7 @@ def draw_pictures(
     from hydrosim.report.charts.panels import TimeWindow
     from hydrosim.report.charts.pictures import Format, View, draw
 
-    path = source_of(result)
+    path = printed.source_of(result)
     place = path.parent if folder is None else Path(folder)
     if os.path.exists(place) and not os.path.isdir(place):
         raise InputError(f"{place}: is a file; expected a folder for the pictures.")
@@ -299,8 +281,8 @@ def draw_pictures(
             f"output: found {place}; expected a folder for several pictures. `format`"
             f" {place.suffix[1:]} selects their format."
         )
-    kind = one_of(Format, format, "format")
-    window = TimeWindow(*window_of(start, end))
+    kind = arguments.one_of(Format, format, "format")
+    window = TimeWindow(*arguments.window_of(start, end))
     run = _read(result, open_run)
     if is_of_runs(run):
         if channels or start or end:
@@ -308,12 +290,15 @@ def draw_pictures(
                 f"channels, start, end: {path} is a study, which has no time series;"
                 " expected the result of a run."
             )
-        lines = (*status_lines(run), *_picture_lines(draw_runs(run, place, path, overwrite, kind)))
-        return PrintedResult(Document("", []), run, lines=lines)
-    asked = names_in(channels)
+        lines = (
+            *status_lines(run),
+            *_picture_lines(printed.draw_runs(run, place, path, overwrite, kind)),
+        )
+        return printed.PrintedResult(Document("", []), run, lines=lines)
+    asked = arguments.names_in(channels)
     picked = match_channels(channel_names(run), asked, "channels") if asked else ()
     pictures = draw(run, place, path.stem, path, overwrite, View(window, picked, kind))
-    return PrintedResult(Document("", []), run, lines=_picture_lines(pictures))
+    return printed.PrintedResult(Document("", []), run, lines=_picture_lines(pictures))
 
 
 def _picture_lines(pictures: list[Path]) -> tuple[str, ...]:
@@ -324,21 +309,25 @@ def _picture_lines(pictures: list[Path]) -> tuple[str, ...]:
 
 
 def write_report(
-    result: Result, output: Target = True, *, replay: bool = False, overwrite: bool = False
-) -> PrintedResult:
+    result: Result,
+    output: arguments.Target = True,
+    *,
+    replay: bool = False,
+    overwrite: bool = False,
+) -> printed.PrintedResult:
     """Write the report of a result as one HTML file that needs no network; with ``replay``, its
     three-dimensional animation alone. Results are runs, studies, limits of operation and
     comparisons."""
     from hydrosim.report.document import document_of, replay_of, report_of
     from hydrosim.report.page import written_page
 
-    path = source_of(result)
+    path = printed.source_of(result)
     what = "replay" if replay else "report"
     if not isinstance(result, xr.Dataset):
         expected = "a run (RUN.nc)" if replay else "`hydrosim run`, `study` or `compare`"
-        require_file(path, f"the result of {expected}")
+        arguments.require_file(path, f"the result of {expected}")
     name = f"{path.stem}_{what}"
-    page = output_for(output, name, what, path, overwrite=overwrite, suffix=".html")
+    page = arguments.output_for(output, name, what, path, overwrite=overwrite, suffix=".html")
     if page is None:
         raise InputError("output: found none; expected the page to write.")
     if isinstance(result, xr.Dataset):
@@ -347,4 +336,4 @@ def write_report(
         document = (replay_of if replay else report_of)(path)
     size = written_page(document, page)
     line = f"{what}    {page.path}, {size / 1e6:.1f} MB"
-    return PrintedResult(Document("", []), files=(page.path,), lines=(line,))
+    return printed.PrintedResult(Document("", []), files=(page.path,), lines=(line,))

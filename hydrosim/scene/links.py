@@ -19,16 +19,9 @@ from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import CoordinateQuantity, CoordinateValue, problem
+from hydrosim.scene import signal
 from hydrosim.scene.force import BreakingElement, BuildContext, ForceElement, Turns
 from hydrosim.scene.joint import Joint, MotionKind
-from hydrosim.scene.signal import (
-    LengthOverTime,
-    RecordedColumns,
-    Signal,
-    Table,
-    largest_corner,
-    length_signal,
-)
 
 
 class TwoPointElement(ForceElement):
@@ -125,7 +118,7 @@ class Spring(TwoPointElement, BreakingElement, Link):
     anchor_body: StrictStr | None = field(default=None, kw_only=True)
     """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
     barge."""
-    length: Annotated[Signal | float, ReadAs(LengthOverTime, (float, Signal))]
+    length: Annotated[signal.Signal | float, ReadAs(signal.LengthOverTime, (float, signal.Signal))]
     """Length of the line without tension, or a table, recorded series or sine of it over time."""
     stiffness: of.Stiffness | None = None
     """Tension per extension."""
@@ -159,28 +152,28 @@ class Spring(TwoPointElement, BreakingElement, Link):
         straight = (0.0, self.stiffness or 0.0)
         return np.array(straight if self.curve is None else self.curve.tension)
 
-    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
-        if isinstance(self.length, RecordedColumns):
+    def recorded_series(self) -> Iterator[tuple[Keys, signal.RecordedColumns]]:
+        if isinstance(self.length, signal.RecordedColumns):
             yield ("length",), self.length
 
     def with_built_parts(self, where: BuildContext) -> Self:
         """The same with its length as a signal, if that is given over time."""
-        if isinstance(self.length, float | Signal):
+        if isinstance(self.length, float | signal.Signal):
             return self
-        length = length_signal(self.length, f"{where.key}.length", where.path)
+        length = signal.length_signal(self.length, f"{where.key}.length", where.path)
         return replace(self, length=length)
 
     def can_add_energy(self) -> bool:
         """A line that is heaved in gives energy."""
-        return isinstance(self.length, Signal)
+        return isinstance(self.length, signal.Signal)
 
     def signals(self) -> Iterator[tuple[str, Any]]:
-        if isinstance(self.length, Signal):
+        if isinstance(self.length, signal.Signal):
             yield "length", self.length
 
     def jumps(self) -> Iterator[tuple[str, float]]:
-        if isinstance(self.length, Table):
-            yield "length", self.damping * largest_corner(self.length)
+        if isinstance(self.length, signal.Table):
+            yield "length", self.damping * signal.largest_corner(self.length)
 
 
 @schema_class

@@ -20,7 +20,7 @@ from math import cos, radians, sin
 import numpy as np
 from pydantic import ValidationError
 
-from hydrosim.case.lines import sections
+from hydrosim.case.lines import sections, system
 from hydrosim.case.lines.sections import (
     COLUMN_NAMES,
     WITHOUT_TABLE,
@@ -30,23 +30,14 @@ from hydrosim.case.lines.sections import (
     read_sections,
     read_table,
 )
-from hydrosim.case.lines.system import (
-    LineType,
-    Piece,
-    Place,
-    Point,
-    PointSupport,
-    StretchCurve,
-    System,
-)
 from hydrosim.files.text import Source, parse
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_SECTIONS = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
 POINT_TYPES = {  # what holds a point, by what its type begins with
-    **dict.fromkeys(("fix", "anch", "ground"), PointSupport.EARTH),
-    **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), PointSupport.BODY),
-    **dict.fromkeys(("con", "free", "point"), PointSupport.LINES),
+    **dict.fromkeys(("fix", "anch", "ground"), system.PointSupport.EARTH),
+    **dict.fromkeys(("vess", "fair", "coupl", "cpld", "body", "turb"), system.PointSupport.BODY),
+    **dict.fromkeys(("con", "free", "point"), system.PointSupport.LINES),
 }
 PASSED_COLUMNS = {  # names of columns that are not read
     "types": r"(line|type)?name|(line)?type|ba\b.*|cintdamp.*|c[ad](ax|n|t)?|c[ad]end|cl|df|cf",
@@ -74,7 +65,7 @@ class FileBody:
     """A body of a file in a ``line``: what holds its points, its ``place`` (3,) [m] and its
     ``rotation`` (3, 3); whether it is ``free``, so that it has a mass there."""
 
-    held: PointSupport
+    held: system.PointSupport
     place: np.ndarray
     rotation: np.ndarray
     free: bool
@@ -84,7 +75,7 @@ class FileBody:
 Bodies = Mapping[str, FileBody]
 
 
-def read_moordyn(source: Source) -> System:
+def read_moordyn(source: Source) -> system.System:
     """The mooring system of a file. Raises InputError with the line of what is wrong."""
     sections = read_sections(source)
     for kind, what in REQUIRED_SECTIONS.items():
@@ -101,7 +92,7 @@ def read_moordyn(source: Source) -> System:
     options = read_options(source, sections.get("options", FileSection("options", "", 0)))
     bodies = dict(_read_bodies(tables["bodies"])) if "bodies" in tables else None
     stiffness = tuple(_find_stiffness_left_out(tables["types"]))
-    return System(
+    return system.System(
         source.file,
         _read_types(tables["types"]),
         _read_points(tables["points"], options.depth, bodies),
@@ -165,13 +156,13 @@ def _refuse_sections(
             source.wrong(text, line)
 
 
-def _read_types(rows: SectionTable) -> dict[str, LineType]:
+def _read_types(rows: SectionTable) -> dict[str, system.LineType]:
     """Types of lines by name."""
     diameter, mass, stiffness = (rows.required_column(w) for w in ("diameter", "mass", "stiffness"))
-    types_by_name: dict[str, LineType] = {}
+    types_by_name: dict[str, system.LineType] = {}
     for line, words in rows:
         _refuse_repeated(rows.source, types_by_name, words[0], "line type", line)
-        types_by_name[words[0]] = LineType(
+        types_by_name[words[0]] = system.LineType(
             rows.number(line, words, diameter, sections.DIAMETER, "the diameter"),
             rows.number(line, words, mass, sections.MASS_PER_LENGTH, "the mass per length"),
             _read_stiffness(rows, line, words, stiffness),
@@ -182,7 +173,7 @@ def _read_types(rows: SectionTable) -> dict[str, LineType]:
 
 def _read_stiffness(
     rows: SectionTable, line: int, words: Sequence[str], column: int
-) -> float | StretchCurve:
+) -> float | system.StretchCurve:
     """EA, or the curve in the file that is named there: rows of stretch and tension [N] below lines
     of heading."""
     name = words[column].partition("|")[0]
@@ -195,7 +186,7 @@ def _read_stiffness(
         source.wrong(f"found {table.shape[1]} columns; expected stretch and tension")
     keys = dict(zip(("stretch", "tension"), table.T.tolist(), strict=True))
     try:
-        return StretchCurve.model_validate(keys)
+        return system.StretchCurve.model_validate(keys)
     except ValidationError as error:
         source.wrong(error.errors()[0]["msg"])
 
@@ -249,10 +240,14 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
             rows.source.wrong(f"{text}: MoorDyn and MoorPy differ in their order", line)
         number = _read_identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, seen, number, "body", line)
-        fixed = held is PointSupport.EARTH
-        support = held if fixed else PointSupport.BODY
+        fixed = held is system.PointSupport.EARTH
+        support = held if fixed else system.PointSupport.BODY
         seen[number] = FileBody(
-            support, np.array(place), _rotation_matrix(angles), held is PointSupport.LINES, line
+            support,
+            np.array(place),
+            _rotation_matrix(angles),
+            held is system.PointSupport.LINES,
+            line,
         )
         yield number, seen[number]
 
@@ -280,10 +275,10 @@ def _rotation_matrix(angles: Sequence[float]) -> np.ndarray:
 
 def _read_points(
     rows: SectionTable, depth: float | None, bodies: Bodies | None
-) -> dict[str, Point]:
+) -> dict[str, system.Point]:
     """Points by number."""
     columns = [rows.required_column(name) for name in "xyz"]
-    points_by_name: dict[str, Point] = {}
+    points_by_name: dict[str, system.Point] = {}
     for line, words in rows:
         for name in ("fx", "fy", "fz"):
             if rows.optional_number(line, words, name, sections.ANY_FORCE) != 0.0:
@@ -297,13 +292,13 @@ def _read_points(
         held, body, place = _locate_point(rows.source, line, words[1], (x, y, z), bodies)
         mass = rows.optional_number(line, words, "mass", sections.MASS)
         volume = rows.optional_number(line, words, "volume", sections.VOLUME)
-        points_by_name[number] = Point(held, place, mass, volume, body, line)
+        points_by_name[number] = system.Point(held, place, mass, volume, body, line)
     return points_by_name
 
 
 def _locate_point(
-    source: Source, line: int, kind: str, place: Place, bodies: Bodies | None
-) -> tuple[PointSupport, str, Place]:
+    source: Source, line: int, kind: str, place: system.Place, bodies: Bodies | None
+) -> tuple[system.PointSupport, str, system.Place]:
     """What holds a point, the name of the body that does so, and its place in the axes of the file.
     A body that the file does not list has its own axes there."""
     held = _support_of(kind.lower())
@@ -319,18 +314,18 @@ def _locate_point(
         source.wrong(f"found a point on {kind}; expected one of the bodies: {body_names}", line)
     body = bodies[digits]
     x, y, z = map(float, body.place + body.rotation @ place)
-    name = f"Body{digits}" if body.held is PointSupport.BODY else ""
+    name = f"Body{digits}" if body.held is system.PointSupport.BODY else ""
     return body.held, name, (x, y, z)
 
 
-def _support_of(kind: str) -> PointSupport | None:
+def _support_of(kind: str) -> system.PointSupport | None:
     return next((held for word, held in POINT_TYPES.items() if kind.startswith(word)), None)
 
 
-def _read_pieces(rows: SectionTable) -> dict[str, Piece]:
+def _read_pieces(rows: SectionTable) -> dict[str, system.Piece]:
     """Lines by number."""
     first, second, length = (rows.required_column(what) for what in ("first", "second", "length"))
-    pieces_by_name: dict[str, Piece] = {}
+    pieces_by_name: dict[str, system.Piece] = {}
     for line, words in rows:
         ends = tuple(_read_identity(rows.source, line, words[c]) for c in (first, second))
         _refuse_repeated(rows.source, pieces_by_name, words[0], "line", line)
@@ -341,7 +336,7 @@ def _read_pieces(rows: SectionTable) -> dict[str, Piece]:
             sections.LINE_LENGTH,
             f"the unstretched length of line {words[0]}",
         )
-        pieces_by_name[words[0]] = Piece(words[1], (ends[0], ends[1]), size, line)
+        pieces_by_name[words[0]] = system.Piece(words[1], (ends[0], ends[1]), size, line)
     return pieces_by_name
 
 

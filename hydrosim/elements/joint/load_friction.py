@@ -20,7 +20,7 @@ Limits: bearings carry no moment about the axis of a slide, and have no play.
 from __future__ import annotations
 
 from math import nan, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,10 +63,11 @@ class LoadFrictionScratch(NamedTuple):
 
 
 def new_load_friction(
-    motions: int, bodies: int, joints: int, forces: int, coordinates: int, rows: int
+    elements: Any, bodies: int, forces: int, coordinates: int, rows: int
 ) -> LoadFrictionScratch:
-    """Scratch for this number of ``motions`` with such friction, empty for none."""
-    m = motions
+    """Scratch for the motions of joints with such friction, empty for none."""
+    m = elements.joint_motions.loaded.size
+    joints = elements.locks.joints
     solutions = 1 + m if m else 0
     wide = 6 * bodies if m else 0
     return LoadFrictionScratch(

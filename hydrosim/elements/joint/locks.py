@@ -24,22 +24,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import about_z
+from hydrosim.elements import kind as kinds
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.joint import rows
 from hydrosim.elements.joint.rows import REFERENCE_SIZE
-from hydrosim.elements.kind import (
-    BodyAtRest,
-    Columns,
-    ElementKind,
-    KindConstants,
-    Layout,
-    ModeRows,
-    StateBlocks,
-    UnitKind,
-    UnitRecord,
-    Variable,
-    constraint_names,
-)
 from hydrosim.jit.kernels import assign, clear, kernel, root
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -103,7 +91,7 @@ class LockConstants(NamedTuple):
     reaction: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> LockConstants:
+def compile_elements(elements: Mapping[str, ForceElement], layout: kinds.Layout) -> LockConstants:
     """Constants of all joints of the layout that are constraints."""
     order = {name: i for i, name in enumerate(layout.joints)}
     rows = [
@@ -114,7 +102,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Lo
     return LockConstants(constants, len(order), int(constants["count"].sum()), 0, 0, 0, 0)
 
 
-def _lock_constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
+def _lock_constants(number: int, joint: Joint, at: Any, layout: kinds.Layout) -> tuple[Any, ...]:
     body, other, exact = at
     is_rod = joint.type == JointType.ROD
     if is_rod:
@@ -149,7 +137,7 @@ def _lock_constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple
 
 
 def _reference_at_rest(
-    joint: Joint, body: BodyAtRest, other: BodyAtRest | None
+    joint: Joint, body: kinds.BodyAtRest, other: kinds.BodyAtRest | None
 ) -> tuple[np.ndarray, ...]:
     """Point of a joint on the other body, and the exact reference at rest (12,)."""
     turn = about_z(body.heading)
@@ -162,7 +150,7 @@ def _reference_at_rest(
 
 
 def _rod_at_rest(
-    joint: Joint, body: BodyAtRest, other: BodyAtRest | None, exact: bool
+    joint: Joint, body: kinds.BodyAtRest, other: kinds.BodyAtRest | None, exact: bool
 ) -> tuple[np.ndarray, ...]:
     """Point of a rod on the other body, its direction at rest as first of three axes, and its
     reference (12,)."""
@@ -176,7 +164,7 @@ def _rod_at_rest(
     return np.array(joint.to_point, float), axes, rest
 
 
-def rod_at_rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> np.ndarray:
+def rod_at_rest(joint: Joint, body: kinds.BodyAtRest, other: kinds.BodyAtRest | None) -> np.ndarray:
     """Way (3,) [m] from the end of a rod on the other body to that on its body, both at rest."""
     far = np.array(joint.to_point, float)
     if other is not None:
@@ -513,37 +501,39 @@ def guard_dependencies(i, p):
     return k, k + REFERENCE_SIZE
 
 
-class LockKind(ElementKind):
+class LockKind(kinds.ElementKind):
     unit = "lock"
-    variables: ClassVar[Mapping[str, Variable]] = {
-        "lock_mode": Variable(
+    variables: ClassVar[Mapping[str, kinds.Variable]] = {
+        "lock_mode": kinds.Variable(
             "mode of a joint that is a constraint", "1", flags=" ".join(LOCK_MODES)
         ),
-        "lock_segment": Variable("bits of the rows of a joint that are not redundant", "1"),
-        "lock_rows": Variable(
+        "lock_segment": kinds.Variable("bits of the rows of a joint that are not redundant", "1"),
+        "lock_rows": kinds.Variable(
             "number of relative motions that a joint holds; those that others hold do not count",
             "1",
         ),
-        "lock_impulse": Variable(
+        "lock_impulse": kinds.Variable(
             "impulses of a joint on its body since the start, when joints closed; moment about the"
             " joint",
             "N s or N m s",
             "earth",
         ),
-        "lock_loss": Variable("energy lost since the start, when the joint closed", "J"),
+        "lock_loss": kinds.Variable("energy lost since the start, when the joint closed", "J"),
     }
 
     def unit_names(self, scene: Scene) -> list[str]:
-        return list(constraint_names(scene))
+        return list(kinds.constraint_names(scene))
 
-    def modes(self, p: LockConstants) -> ModeRows:
+    def modes(self, p: LockConstants) -> kinds.ModeRows:
         count = p.each.size
-        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ALL_ROW_BITS))
+        return kinds.ModeRows(
+            count, first=np.zeros(count, dtype=int), last=np.full(count, ALL_ROW_BITS)
+        )
 
-    def states(self, p: LockConstants, scene: Scene) -> Iterator[StateBlocks]:
-        yield StateBlocks("lock", self.unit_names(scene), LOCK_STATE_NAMES)
+    def states(self, p: LockConstants, scene: Scene) -> Iterator[kinds.StateBlocks]:
+        yield kinds.StateBlocks("lock", self.unit_names(scene), LOCK_STATE_NAMES)
 
-    def record(self, p: LockConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(self, p: LockConstants, bodies: Any, unit_record: kinds.UnitRecord) -> kinds.Columns:
         count = p.each.size
         lock_states = unit_record.y[p.state : p.state + LOCK_STATES * count].reshape(
             -1, count, LOCK_STATES
@@ -585,22 +575,22 @@ def _held_rows(modes: np.ndarray) -> np.ndarray:
     return np.where(modes[:, :, MODE] == CLOSED, bits, 0).astype(np.int8)
 
 
-class JointLoadKind(UnitKind):
+class JointLoadKind(kinds.UnitKind):
     unit = "joint"
-    variables: ClassVar[Mapping[str, Variable]] = {
-        "joint_force": Variable(
+    variables: ClassVar[Mapping[str, kinds.Variable]] = {
+        "joint_force": kinds.Variable(
             "force and moment of a joint at its point on its body", "N or N m", "earth"
         ),
     }
 
-    def constants_in(self, parts: KindConstants) -> LockConstants:
+    def constants_in(self, parts: kinds.KindConstants) -> LockConstants:
         constants: LockConstants = parts.elements.locks
         return constants
 
     def unit_names(self, scene: Scene) -> list[str]:
         return list(scene.joints)
 
-    def record(self, p: LockConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(self, p: LockConstants, bodies: Any, unit_record: kinds.UnitRecord) -> kinds.Columns:
         return {"joint_force": (("time", "joint", "dof"), unit_record.observed)}
 
 

@@ -21,17 +21,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.elements.kind import (
-    Columns,
-    KindWithModeSets,
-    Layout,
-    LinearResistance,
-    ModeRows,
-    ModeSet,
-    UnitRecord,
-    Variable,
-    rest_at_first,
-)
+from hydrosim.elements import kind as kinds
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -85,7 +75,9 @@ class JointMotionConstants(NamedTuple):
     reaction: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> JointMotionConstants:
+def compile_elements(
+    elements: Mapping[str, ForceElement], layout: kinds.Layout
+) -> JointMotionConstants:
     """Constants of all free motions of the joints of trees."""
     places = coordinate_places(layout.tree)
     rows = []
@@ -413,25 +405,25 @@ def write_outputs(y, modes, bodies, p, reactions, out):
             out[width * i + MOTION_LOAD] = load
 
 
-class JointMotionKind(KindWithModeSets):
+class JointMotionKind(kinds.KindWithModeSets):
     unit = "joint_motion"
-    variables: ClassVar[Mapping[str, Variable]] = {
-        "joint_position": Variable("displacement in a joint, zero at rest", "m or rad"),
-        "joint_velocity": Variable("rate of the displacement in a joint", "m/s or rad/s"),
-        "joint_motion_force": Variable(
+    variables: ClassVar[Mapping[str, kinds.Variable]] = {
+        "joint_position": kinds.Variable("displacement in a joint, zero at rest", "m or rad"),
+        "joint_velocity": kinds.Variable("rate of the displacement in a joint", "m/s or rad/s"),
+        "joint_motion_force": kinds.Variable(
             "force or moment of spring, damping, stops and friction of a joint on its body",
             "N or N m",
         ),
-        "joint_friction": Variable(
+        "joint_friction": kinds.Variable(
             "dry friction in a joint on its body, that at rest included", "N or N m"
         ),
-        "joint_friction_load": Variable(
+        "joint_friction_load": kinds.Variable(
             "load of the bearings of a joint that its friction grows with", "N or N m"
         ),
-        "joint_motion_mode": Variable(
+        "joint_motion_mode": kinds.Variable(
             "mode of the friction in a joint", "1", flags=" ".join(FRICTION_MODES)
         ),
-        "joint_motion_segment": Variable(
+        "joint_motion_segment": kinds.Variable(
             "mode of the end stops of a joint", "1", flags=" ".join(STOPS)
         ),
     }
@@ -439,25 +431,27 @@ class JointMotionKind(KindWithModeSets):
     def unit_names(self, scene: Scene) -> list[str]:
         return [f"{name} {m.name}" for name, j in tree_joints(scene).items() for m in j.motions]
 
-    def modes(self, p: JointMotionConstants) -> ModeRows:
+    def modes(self, p: JointMotionConstants) -> kinds.ModeRows:
         count = p.each.size
-        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
+        return kinds.ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
 
-    def resistances(self, p: JointMotionConstants) -> Iterator[LinearResistance]:
+    def resistances(self, p: JointMotionConstants) -> Iterator[kinds.LinearResistance]:
         for joint_motion in p.each:
             if joint_motion["row"] != NO_INDEX:
                 B = np.array([[joint_motion["damping"]]])
-                yield LinearResistance(
+                yield kinds.LinearResistance(
                     joint_motion["row"], NO_INDEX, B, np.zeros(1), int(joint_motion["coordinate"])
                 )
 
-    def mode_sets(self, p: JointMotionConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: JointMotionConstants) -> Sequence[kinds.ModeSet]:
         if not (p.each["stop"] > 0.0).any():
             return []
         rest = np.zeros(p.each.size, dtype=int)
         return [
-            ModeSet("joints away from their stops", rest_at_first(rest, NO_FRICTION)),
-            ModeSet("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
+            kinds.ModeSet("joints away from their stops", kinds.rest_at_first(rest, NO_FRICTION)),
+            kinds.ModeSet(
+                "joints at their stops", kinds.rest_at_first(rest + AT_LOWEST, NO_FRICTION)
+            ),
         ]
 
     def moved_onto_segment(
@@ -472,7 +466,9 @@ class JointMotionKind(KindWithModeSets):
             constants[name] = 0.0
         return p._replace(each=constants)
 
-    def record(self, p: JointMotionConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(
+        self, p: JointMotionConstants, bodies: Any, unit_record: kinds.UnitRecord
+    ) -> kinds.Columns:
         dims = ("time", self.unit)
         columns: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
             "joint_position": (dims, unit_record.observed[:, :, MOTION_POSITION]),

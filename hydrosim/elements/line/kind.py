@@ -37,20 +37,7 @@ from hydrosim.elements.kind import (
     elements_of,
     rest_at_first,
 )
-from hydrosim.elements.line import shape
-from hydrosim.elements.line.catenary import (
-    ANCHOR_TENSION,
-    CATENARY_STATES,
-    FAIRLEAD_TENSION,
-    GROUNDED,
-    GUESS,
-    HORIZONTAL,
-    TAUT_LINE,
-    Catenary,
-    CatenaryConstants,
-    compile_elements,
-    end_kinematics,
-)
+from hydrosim.elements.line import catenary, shape
 from hydrosim.modes import ACTING, MODE, RISING, UNDEFINED
 from hydrosim.scene import Scene
 
@@ -135,7 +122,9 @@ def linearise_regular(amplitude: float, current: np.ndarray) -> LinearisedDrag:
     return LinearisedDrag(c, float(np.mean(np.abs(w) * w)) / speed)
 
 
-def with_drag_of(p: CatenaryConstants, other: CatenaryConstants) -> CatenaryConstants:
+def with_drag_of(
+    p: catenary.CatenaryConstants, other: catenary.CatenaryConstants
+) -> catenary.CatenaryConstants:
     """Constants of the lines ``p`` with the linearised drag of the same lines in ``other``."""
     lines = p.lines.copy()
     for name in ("damping", "drift"):
@@ -162,41 +151,46 @@ class CatenaryKind(KindWithModeSets):
         "line_segment": Variable("profile: where it touches down, slips and hangs", "1"),
     }
 
-    def modes(self, p: CatenaryConstants) -> ModeRows:
+    def modes(self, p: catenary.CatenaryConstants) -> ModeRows:
         size = p.lines.size
         return ModeRows(size, first=np.zeros(size, int), last=np.full(size, PROFILES))
 
-    def states(self, p: CatenaryConstants, scene: Scene) -> Iterator[StateBlocks]:
-        yield StateBlocks("line", self.unit_names(scene), GUESS)
+    def states(self, p: catenary.CatenaryConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("line", self.unit_names(scene), catenary.GUESS)
 
-    def mode_sets(self, p: CatenaryConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: catenary.CatenaryConstants) -> Sequence[ModeSet]:
         """All as they hang, and all taut."""
         if not p.lines.size:
             return []
         first = np.zeros(p.lines.size)
         return [
             ModeSet("", rest_at_first(first, ACTING)),
-            ModeSet("lines taut", rest_at_first(first, TAUT_LINE)),
+            ModeSet("lines taut", rest_at_first(first, catenary.TAUT_LINE)),
         ]
 
-    def equivalence_keys(self, p: CatenaryConstants) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: catenary.CatenaryConstants) -> Sequence[Hashable]:
         """No two lines are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
-    def rates(self, p: CatenaryConstants, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: catenary.CatenaryConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
-        speeds = [_distance_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
+        speeds = [_distance_rate(catenary.end_kinematics(line, bodies, motion)) for line in p.lines]
         return np.reshape(speeds, (-1, 1))
 
     def moved_onto_segment(
-        self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
-    ) -> CatenaryConstants:
+        self,
+        p: catenary.CatenaryConstants,
+        modes: np.ndarray,
+        bodies: Any,
+        motion: Any,
+        y: np.ndarray,
+    ) -> catenary.CatenaryConstants:
         """Constants in which lines that are taut are a little shorter than the way between their
         ends, and as stiff as the steepest branch of a curve."""
         pieces = p.pieces.copy()
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
-            if mode == TAUT_LINE:
-                s = end_kinematics(line, bodies, motion)
+            if mode == catenary.TAUT_LINE:
+                s = catenary.end_kinematics(line, bodies, motion)
                 line_pieces = pieces[line["first"] : line["last"]]
                 line_pieces["length"] *= (
                     TAUT_LENGTH_RATIO * np.hypot(s.x, s.z) / line_pieces["length"].sum()
@@ -205,36 +199,42 @@ class CatenaryKind(KindWithModeSets):
                 line_pieces["stiffness"], line_pieces["corners"] = steepest, 0
         return p._replace(pieces=pieces)
 
-    def undefined_units(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def undefined_units(
+        self, p: catenary.CatenaryConstants, modes: np.ndarray
+    ) -> Iterator[tuple[int, str]]:
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, shape.REASONS[int(modes[i, RISING])]
 
-    def clear_unused_states(self, p: CatenaryConstants, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: catenary.CatenaryConstants, y: np.ndarray) -> None:
         """Guesses of an earlier run are valid."""
 
     def renew(
         self,
-        p: CatenaryConstants,
+        p: catenary.CatenaryConstants,
         y: np.ndarray,
         anew: np.ndarray,
         possible: np.ndarray,
         known_states: np.ndarray,
     ) -> None:
         """Guesses of lines that the earlier run did not have."""
-        guesses = slice(p.state, p.state + CATENARY_STATES * p.lines.size)
+        guesses = slice(p.state, p.state + catenary.CATENARY_STATES * p.lines.size)
         y[guesses] = np.where(known_states[guesses], y[guesses], anew[guesses])
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
-        return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Catenary))
+        return super().coordinates(scene) | capacity_of(
+            self.unit, elements_of(scene, catenary.Catenary)
+        )
 
-    def record(self, p: CatenaryConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(
+        self, p: catenary.CatenaryConstants, bodies: Any, unit_record: UnitRecord
+    ) -> Columns:
         dims = ("time", "line")
         variables: Columns = {"line_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8))}
         columns = {
-            "line_tension": FAIRLEAD_TENSION,
-            "line_anchor_tension": ANCHOR_TENSION,
-            "line_horizontal": HORIZONTAL,
-            "line_grounded": GROUNDED,
+            "line_tension": catenary.FAIRLEAD_TENSION,
+            "line_anchor_tension": catenary.ANCHOR_TENSION,
+            "line_horizontal": catenary.HORIZONTAL,
+            "line_grounded": catenary.GROUNDED,
         }
         for name, column in columns.items():
             variables[name] = (dims, unit_record.observed[:, :, column])
@@ -251,4 +251,4 @@ def _distance_rate(s: Any) -> float:
     return float(chord @ apart / max(np.linalg.norm(chord), 1e-9))
 
 
-CATENARY_KIND = CatenaryKind("catenaries", (Catenary,), compile_elements)
+CATENARY_KIND = CatenaryKind("catenaries", (catenary.Catenary,), catenary.compile_elements)

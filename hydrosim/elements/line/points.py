@@ -9,12 +9,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.elements.kind import KindConstants
-from hydrosim.elements.line.catenary import (
-    CATENARY_STATES,
-    EndKinematics,
-    end_kinematics,
-    pull_entries,
-)
+from hydrosim.elements.line import catenary
 from hydrosim.elements.line.hang import SuspendedLine, branches_at, find_touchdown
 from hydrosim.elements.line.kind import CATENARY_KIND
 from hydrosim.elements.line.search import is_on_bed, line_frame
@@ -133,7 +128,7 @@ class LineShape:
     name: str
     constants: Any
     suspended: SuspendedLine
-    ends: EndKinematics
+    ends: catenary.EndKinematics
     pull: LinePull
 
     @property
@@ -202,13 +197,13 @@ def line_shapes(
     for i, name in enumerate(CATENARY_KIND.unit_names(scene)):
         if modes[p.mode + i, MODE] != INACTIVE:
             line = p.lines[i]
-            ends = end_kinematics(line, bodies, motion)
+            ends = catenary.end_kinematics(line, bodies, motion)
             pieces = p.pieces.copy()
             if line["paying"] != NO_INDEX:
                 paid = value(t, line["paid"], p.signals)
                 pieces["length"][line["first"] + line["paying"]] = paid
-            guess = y[p.state + CATENARY_STATES * i :][:2]
+            guess = y[p.state + catenary.CATENARY_STATES * i :][:2]
             heights = (ends.x, ends.z, ends.bed, float(line["friction"]))
             suspended = SuspendedLine(pieces, int(line["first"]), int(line["last"]), *heights)
-            pull = LinePull(*pull_entries(suspended, *guess))
+            pull = LinePull(*catenary.pull_entries(suspended, *guess))
             yield LineShape(name, line, suspended, ends, pull)

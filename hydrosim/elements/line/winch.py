@@ -29,22 +29,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.elements import kind as kinds
 from hydrosim.elements.contact.geometry import EARTH
-from hydrosim.elements.kind import (
-    LINEARISATION_DEPTH,
-    Columns,
-    KindWithModeSets,
-    Layout,
-    ModeRows,
-    ModeSet,
-    StateBlocks,
-    UnitRecord,
-    Variable,
-    capacity_of,
-    elements_of,
-    rest_at_first,
-    with_mode_of_unit,
-)
 from hydrosim.elements.line import drum
 from hydrosim.elements.line.drum import (
     COMPENSATION,
@@ -169,7 +155,7 @@ class WinchConstants(NamedTuple):
     mode: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> WinchConstants:
+def compile_elements(elements: Mapping[str, ForceElement], layout: kinds.Layout) -> WinchConstants:
     """Constants of the winches among ``elements``, in their order."""
     winches = {name: e for name, e in elements.items() if isinstance(e, Winch)}
     signals = {name: next((s for _, s in e.signals()), None) for name, e in winches.items()}
@@ -188,7 +174,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Wi
     return WinchConstants(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
 
 
-def _first_length(e: Winch, layout: Layout) -> float:
+def _first_length(e: Winch, layout: kinds.Layout) -> float:
     """l0 at the start; that at which the set tension acts at rest if none is given."""
     if isinstance(e.length, Signal):
         return 0.0
@@ -218,7 +204,7 @@ def _drum_fields(e: Winch) -> tuple[Any, ...]:
 
 
 def _compensation_fields(
-    name: str, control: Control | None, layout: Layout, delays: int
+    name: str, control: Control | None, layout: kinds.Layout, delays: int
 ) -> tuple[int, tuple[float, ...], float, float, int, np.ndarray]:
     """Values of `WINCH` for a compensation."""
     if not isinstance(control, Compensation):
@@ -560,30 +546,32 @@ def deactivate(i, y, modes, p):
 DELAY = tuple(f"delay {k + 1}" for k in range(drum.DELAY_STATES))
 
 
-class WinchKind(KindWithModeSets):
+class WinchKind(kinds.KindWithModeSets):
     unit = "winch"
     variables: ClassVar = {
-        "winch_tension": Variable("tension of the wire", "N", "from the point to the anchor"),
-        "winch_length": Variable("length of wire off the drum, without load", "m"),
-        "winch_speed": Variable("speed of pay-out of the drum", "m/s"),
-        "winch_work": Variable("energy that the drive of the drum has taken", "J"),
-        "winch_friction_loss": Variable("energy lost by friction in the drum", "J"),
-        "winch_snap_speed": Variable("speed at which the wire last became taut", "m/s"),
-        "winch_largest_tension": Variable("largest tension of all steps so far", "N"),
-        "winch_mode": Variable("mode of the drum", "1", flags=" ".join(DRUM_MODES)),
-        "winch_segment": Variable("wire slack, taut, or cut by its damping", "1"),
+        "winch_tension": kinds.Variable("tension of the wire", "N", "from the point to the anchor"),
+        "winch_length": kinds.Variable("length of wire off the drum, without load", "m"),
+        "winch_speed": kinds.Variable("speed of pay-out of the drum", "m/s"),
+        "winch_work": kinds.Variable("energy that the drive of the drum has taken", "J"),
+        "winch_friction_loss": kinds.Variable("energy lost by friction in the drum", "J"),
+        "winch_snap_speed": kinds.Variable("speed at which the wire last became taut", "m/s"),
+        "winch_largest_tension": kinds.Variable("largest tension of all steps so far", "N"),
+        "winch_mode": kinds.Variable("mode of the drum", "1", flags=" ".join(DRUM_MODES)),
+        "winch_segment": kinds.Variable("wire slack, taut, or cut by its damping", "1"),
     }
 
-    def modes(self, p: WinchConstants) -> ModeRows:
+    def modes(self, p: WinchConstants) -> kinds.ModeRows:
         count = p.each.size
-        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, WIRE_CUT))
+        return kinds.ModeRows(
+            count, first=np.zeros(count, dtype=int), last=np.full(count, WIRE_CUT)
+        )
 
-    def states(self, p: WinchConstants, scene: Scene) -> Iterator[StateBlocks]:
+    def states(self, p: WinchConstants, scene: Scene) -> Iterator[kinds.StateBlocks]:
         every = {name: e for name, e in scene.forces.items() if isinstance(e, Winch)}
         controls = {name: e.control for name, e in every.items()}
-        yield StateBlocks("winch", [*every], WINCH_STATE_NAMES)
+        yield kinds.StateBlocks("winch", [*every], WINCH_STATE_NAMES)
         late = [n for n, c in controls.items() if isinstance(c, Compensation) and c.delay]
-        yield StateBlocks("winch delay", late, DELAY)
+        yield kinds.StateBlocks("winch delay", late, DELAY)
 
     def coupled_states(self, p: WinchConstants) -> np.ndarray:
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
@@ -625,26 +613,26 @@ class WinchKind(KindWithModeSets):
         )
         y[winch_states] = np.where(known_states[winch_states], y[winch_states], anew[winch_states])
 
-    def mode_sets(self, p: WinchConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: WinchConstants) -> Sequence[kinds.ModeSet]:
         if not p.each.size:
             return []
-        sets = [ModeSet("winches slack", _modes_of_wires(p, WIRE_SLACK))]
-        sets.append(ModeSet("winches taut", _modes_of_wires(p, WIRE_TAUT)))
+        sets = [kinds.ModeSet("winches slack", _modes_of_wires(p, WIRE_SLACK))]
+        sets.append(kinds.ModeSet("winches taut", _modes_of_wires(p, WIRE_TAUT)))
         slips = (p.each["drum"]["control"] == TENSION_CONTROL) & (p.each["damping"] > 0.0)
         if slips.any():
             slipping = _modes_of_wires(p, WIRE_TAUT)
             slipping[slips, MODE] = SLIPPING_IN
-            sets.append(ModeSet("drums slipping", slipping))
+            sets.append(kinds.ModeSet("drums slipping", slipping))
         return sets
 
     def one_unit_active(
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
-    ) -> Iterator[ModeSet]:
+    ) -> Iterator[kinds.ModeSet]:
         for i in which if p.each.size > 1 else ():
-            winch = with_mode_of_unit(
+            winch = kinds.with_mode_of_unit(
                 _modes_of_wires(p, WIRE_SLACK), _modes_of_wires(p, WIRE_TAUT), i
             )
-            yield ModeSet(f"{names[i]} alone taut", winch)
+            yield kinds.ModeSet(f"{names[i]} alone taut", winch)
 
     def equivalence_keys(self, p: WinchConstants) -> Sequence[Hashable]:
         """No two winches are alike: each pulls in a direction of its own."""
@@ -664,10 +652,10 @@ class WinchKind(KindWithModeSets):
             if segment == WIRE_TAUT and mode != SLIPPING_IN:
                 distance = _line_of_winch(winch, bodies, motion).length
                 winch["pinned"] = distance / (
-                    1.0 + LINEARISATION_DEPTH / max(distance, LINEARISATION_DEPTH)
+                    1.0 + kinds.LINEARISATION_DEPTH / max(distance, kinds.LINEARISATION_DEPTH)
                 )
                 winch["stiffness"] *= winch["pinned"] / max(
-                    _shortest_wire(winch, p), LINEARISATION_DEPTH
+                    _shortest_wire(winch, p), kinds.LINEARISATION_DEPTH
                 )
         return p._replace(each=constants)
 
@@ -678,9 +666,13 @@ class WinchKind(KindWithModeSets):
         return np.concatenate([first + WIRE_LENGTH, first + DRUM_SPEED])
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
-        return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Winch))
+        return super().coordinates(scene) | kinds.capacity_of(
+            self.unit, kinds.elements_of(scene, Winch)
+        )
 
-    def record(self, p: WinchConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(
+        self, p: WinchConstants, bodies: Any, unit_record: kinds.UnitRecord
+    ) -> kinds.Columns:
         dims = ("time", "winch")
         n = p.each.size
         states = unit_record.y[p.state : p.state + WINCH_STATES * n].reshape(-1, n, WINCH_STATES)
@@ -699,7 +691,7 @@ class WinchKind(KindWithModeSets):
 def _modes_of_wires(p: WinchConstants, wire: int) -> np.ndarray:
     """Modes with all drums at rest, or driven by their target, and all wires alike."""
     tense = p.each["drum"]["control"] == TENSION_CONTROL
-    modes = rest_at_first(np.full(p.each.size, wire), STUCK)
+    modes = kinds.rest_at_first(np.full(p.each.size, wire), STUCK)
     modes[:, MODE] = np.where(tense, STUCK, PRESCRIBED)
     modes[:, SEGMENT] = wire
     return modes
