@@ -81,8 +81,8 @@ _OF_SCENES = {
     "force": "Active When",
     "hydrodynamics": "Coefficients",
     "joint": "Joint",
-    "links": "Compensator DryFriction GasSpring Spring SpringDamper Strut StrutCurve TensionCurve"
-    " TorsionCurve TorsionSpring",
+    "links": "Compensator DryFriction GasSpring Spring SpringDamper Stop Strut StrutCurve"
+    " TensionCurve TorsionCurve TorsionSpring",
     "loads": "AppliedForce CurrentLoad WindLoad",
     "plane": "Plane",
     "restraints": "Bushing LinearMooring",

@@ -250,3 +250,31 @@ def test_what_has_not_begun_is_said() -> None:
         said = texts(run_document(hs.simulate(pushed(more=more))).nodes)
         told = "warning: more has not begun: its condition was not met."
         assert (told in said) == waits
+
+
+def stopped(unit: str) -> hs.Scene:
+    """A mass at 1 m/s that meets a stop 2 m ahead; a force waits for 40 of its load."""
+    ends = {"point": (0, 0, 0), "anchor": (10, 0, 0)}
+    stop = hs.Stop("block", **ends, lowest=8.0, stiffness=1e4)
+    pressed = When(0.0, "stop_load.stop", below=-40.0, unit=unit)
+    late = replace(steady(surge=0.0), active=Active(pressed))
+    body = block(MASS, ALONG, velocity=moving(surge=1.0))
+    return scene(body, {"stop": stop, "late": late}, 2.2, 0.001, step=0.001)
+
+
+def test_the_load_of_a_stop_can_be_waited_for() -> None:
+    """k v / w sin(w t) reaches it, with w^2 = k / m."""
+    run = hs.simulate(stopped("N"))
+    omega = np.sqrt(1e4 / MASS)
+    exact = 2.0 + np.arcsin(40.0 * omega / 1e4) / omega
+    begun = run.trigger_stage.values[:, 0] > 0
+    first = int(begun.argmax())
+    assert run.time.values[first - 1] < exact <= run.time.values[first]
+
+
+def test_a_load_is_waited_for_in_the_unit_of_its_coordinate() -> None:
+    expected = (
+        "stop_load.stop: found a value in N\\*m; expected one in N, as stop acts along a line"
+    )
+    with pytest.raises(InputError, match=expected):
+        hs.compile_scene(stopped("N*m"))
