@@ -14,7 +14,7 @@ from hydrosim.errors import InputError
 from hydrosim.files import arguments
 from hydrosim.files.display_units import unit_choice_attribute, units_of
 from hydrosim.files.document import Document
-from hydrosim.interface.printed import PrintedResult, source_of
+from hydrosim.interface.printed import PrintedResult, incomplete_run_warnings, source_of
 from hydrosim.results.dataset import read_run, write_run
 from hydrosim.results.runs_file import is_of_runs, open_runs
 from hydrosim.simulation import open_run
@@ -263,13 +263,6 @@ def export(
         f"result    {result.path}",
     )
     return PrintedResult(Document("", []), lines=lines)
-
-
-def incomplete_run_warnings(attributes: Mapping[str, object]) -> list[str]:
-    """Warning about the end of a run, from its attributes; empty if the run is complete."""
-    status = attributes.get("status", "complete")
-    text = f"warning   the run is {status}: {attributes.get('status_message', '')}"
-    return [] if status == "complete" else [text]
 
 
 def _chosen_units(units: str, suffix: str) -> ExportUnits:

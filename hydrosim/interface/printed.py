@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -87,3 +88,10 @@ def draw_runs(
     make_folder(folder)
     path = folder / f"{stem_of(file)}.{suffix}"
     return draw_study(runs, Output(path, "picture", file, (file,), overwrite, "pictures"))
+
+
+def incomplete_run_warnings(attributes: Mapping[str, object]) -> list[str]:
+    """Warning about the end of a run, from its attributes; empty if the run is complete."""
+    status = attributes.get("status", "complete")
+    text = f"warning   the run is {status}: {attributes.get('status_message', '')}"
+    return [] if status == "complete" else [text]

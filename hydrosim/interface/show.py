@@ -17,7 +17,6 @@ from hydrosim.errors import InputError
 from hydrosim.files import arguments
 from hydrosim.files.document import Document
 from hydrosim.interface import printed
-from hydrosim.interface.compare import incomplete_run_warnings
 from hydrosim.report.sentences import comparison, limits
 from hydrosim.report.sentences.analysis import linear_document
 from hydrosim.report.sentences.run import run_document
@@ -153,7 +152,7 @@ def find_extremes(
     if target:
         write_run(dataset, target)
     document = statistics_document(run, dataset)
-    remarks = tuple(incomplete_run_warnings(run.attrs))
+    remarks = tuple(printed.incomplete_run_warnings(run.attrs))
     return printed.PrintedResult(document, dataset, (target.path,) if target else (), remarks)
 
 
