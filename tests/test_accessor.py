@@ -2,6 +2,7 @@
 
 import os
 import tomllib
+from functools import partial
 from html.parser import HTMLParser
 from importlib import import_module
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import xarray as xr
 from command_line import printed
 
 import hydrosim as hs
@@ -134,6 +136,27 @@ def test_many_runs_are_told_as_a_study(case: hs.Case) -> None:
         runs.hydrosim.extremes_over_seeds()
     with pytest.raises(hs.InputError, match="expected many runs"):
         hs.simulate(case).hydrosim.extremes_over_seeds()
+
+
+def test_a_dataset_that_is_no_run_is_refused(tmp_path: Path) -> None:
+    foreign = xr.Dataset({"a": ("x", [1.0, 2.0])}).hydrosim
+    export = partial(foreign.export, tmp_path / "a.csv")
+    for ask in (foreign.channels, foreign.extremes, foreign.explain, foreign.picture, export):
+        with pytest.raises(hs.InputError, match="found a dataset without time, body, dof"):
+            ask()
+
+
+def test_decay_takes_one_recording_and_asks_for_one(tmp_path: Path) -> None:
+    with pytest.raises(hs.InputError, match=r"none\.csv: there is no such file"):
+        hs.decay(str(tmp_path / "none.csv"))
+    with pytest.raises(hs.InputError, match="records: found none; expected recordings"):
+        hs.decay([])
+
+
+def test_a_study_is_no_run(case: hs.Case, tmp_path: Path) -> None:
+    hs.simulate_many([case, case]).to_netcdf(tmp_path / "study.nc")
+    with pytest.raises(hs.InputError, match=r"holds 2 runs, a study that xarray\.open"):
+        hs.open_run(tmp_path / "study.nc")
 
 
 def test_statistics_take_patterns_of_channels(case: hs.Case) -> None:

@@ -222,7 +222,7 @@ def _mode_dataset(
     for k, mode in enumerate(modes):
         share[k, active[is_body_coordinate]] = mode.share[is_body_coordinate]
     free = [mode.kind == ModeKind.FREE for mode in modes]
-    dims, by_body = ("mode", *MOTION_DIMS), (len(modes), -1, 6)
+    dims, by_body = ("mode", *MOTION_DIMS), (len(modes), len(scene.bodies), 6)
     damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
     return xr.Dataset(
         {
@@ -303,6 +303,7 @@ def _joint_dataset(
     motions = answer.free[:, :, -about.joints :]
     dims = ("heading", "frequency", "joint_motion")
     mode_dims = ("mode", "joint_motion")
+    shape = (len(modes), about.joints)
     return xr.Dataset(
         {
             "joint_rao_amplitude": (
@@ -317,12 +318,12 @@ def _joint_dataset(
             ),
             "joint_mode_shape": (
                 mode_dims,
-                np.array([mode.shape[-about.joints :] for mode in modes]),
+                np.reshape([mode.shape[-about.joints :] for mode in modes], shape),
                 _motion_attributes("undamped motion in a joint"),
             ),
             "joint_mode_share": (
                 mode_dims,
-                np.array([mode.share[-about.joints :] for mode in modes]),
+                np.reshape([mode.share[-about.joints :] for mode in modes], shape),
                 _attributes("fraction of the kinetic energy", "1"),
             ),
         },

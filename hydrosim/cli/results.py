@@ -197,7 +197,8 @@ def export(
     given = terminal.given_options(context, "file")
     if case:
         if foreign := [name for name in given if name not in ("case", "number")]:
-            raise InputError(f"{', '.join(foreign)}: not possible with `case`. Leave it out.")
+            hint = "Leave it out; the case is printed: > CASE.yaml writes it."
+            raise InputError(f"{', '.join(foreign)}: not possible with `case`. {hint}")
         typer.echo(exporting.repeating_case(file, number), nl=False)
         return
     if number is not None:

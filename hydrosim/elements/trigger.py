@@ -95,21 +95,20 @@ def _compile_conditions(
     key: str, active: Active, elements: Mapping[str, ForceElement], layout: kinds.Layout
 ) -> tuple[Any, Any]:
     """The conditions of the start and of the end."""
-    start = active.start or When(time=-inf)
-    until = active.until or When(time=inf)
+    ends = (active.start or -inf, active.until or inf)
     try:
-        return _compile_condition(start, elements, layout), _compile_condition(
-            until, elements, layout
-        )
+        start, until = (_compile_condition(end, elements, layout) for end in ends)
     except InputError as error:
         raise InputError(f"{key}: {error}") from None
+    return start, until
 
 
 def _compile_condition(
-    when: When, elements: Mapping[str, ForceElement], layout: kinds.Layout
+    when: When | float, elements: Mapping[str, ForceElement], layout: kinds.Layout
 ) -> tuple[Any, ...]:
-    if when.channel is None:
-        return when.time, False, (0, 0, 0), 1.0, 0.0, 0.0
+    if isinstance(when, float) or when.channel is None:
+        time = when if isinstance(when, float) else when.time
+        return time, False, (0, 0, 0), 1.0, 0.0, 0.0
     watched = channel.compile_channel(when.channel, elements, layout)
     channel.check_unit(when, elements, layout)
     above = when.above is not None

@@ -397,7 +397,8 @@ Angles = Annotated[tuple[Angle, ...], RISING]
 NormalForces = Annotated[
     tuple[Force, ...], NOT_FALLING, pydantic.AfterValidator(require_start_at_zero)
 ]
-Stretches = Annotated[tuple[Factor, ...], RISING, pydantic.AfterValidator(require_start_at_zero)]
+Stretch = Annotated[float, Quantity("stretch", "", "20 %", at_least=0, at_most=2)]
+Stretches = Annotated[tuple[Stretch, ...], RISING, pydantic.AfterValidator(require_start_at_zero)]
 RisingForces = Annotated[tuple[Force, ...], RISING, pydantic.AfterValidator(require_start_at_zero)]
 
 

@@ -45,7 +45,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema, to_jsonable_python
 
 from hydrosim.errors import InputError
-from hydrosim.files.messages import fields_of, validation_problems
+from hydrosim.files.messages import Readers, fields_of, validation_problems
 
 C = TypeVar("C", bound=type)
 
@@ -62,6 +62,15 @@ CONFIG = pydantic.ConfigDict(
     populate_by_name=True,
     json_schema_extra=add_example,
 )
+
+
+def input_error(
+    error: pydantic.ValidationError, name: str, values: dict[str, Any], readers: Readers
+) -> InputError:
+    """What was wrong in the ``values`` of a class of this ``name`` in Python."""
+    problems = validation_problems(error, values, readers)
+    texts = [": ".join((".".join(map(str, (name, *keys))), text)) for keys, text in problems]
+    return InputError("\n".join(texts))
 
 
 class CheckedClass(type):
@@ -91,12 +100,7 @@ class CheckedClass(type):
             try:
                 validator.validate_python(plain, self_instance=made, context=readers)
             except pydantic.ValidationError as error:
-                problems = validation_problems(error, plain, readers)
-                texts = [
-                    ": ".join((".".join(map(str, (cls.__name__, *keys))), text))
-                    for keys, text in problems
-                ]
-                raise InputError("\n".join(texts)) from None
+                raise input_error(error, cls.__name__, plain, readers) from None
             return made
 
 

@@ -64,15 +64,22 @@ class RunAccessor:
         return is_of_runs(self._run)
 
     def _single_run(self) -> xr.Dataset:
-        """The run; InputError if the dataset holds many."""
+        """The run; InputError if the dataset holds many, or none."""
         from hydrosim.errors import InputError
+        from hydrosim.results.dataset import RUN_FILE_HINT
 
         if self._holds_many():
             raise InputError(
                 f"found {self._run.sizes['run']} runs; expected one run, as hs.simulate or"
                 " hs.open_run gives. For many runs, use summary() or extremes_over_seeds()."
             )
+        if missing := [name for name in ("time", "body", "dof") if name not in self._run]:
+            raise InputError(f"found a dataset without {', '.join(missing)}; {RUN_FILE_HINT}.")
         return self._run
+
+    def _result(self) -> xr.Dataset:
+        """The run or runs; InputError if the dataset is neither."""
+        return self._run if self._holds_many() else self._single_run()
 
     def summary(self) -> Document:
         """Text that the command of a result prints: of a run, the end of the run, warnings,
@@ -144,26 +151,26 @@ class RunAccessor:
         `hydrosim.interface.show.find_extremes`."""
         from hydrosim.interface.show import find_extremes
 
-        return find_extremes(self._run, **options)
+        return find_extremes(self._result(), **options)
 
     def explain(self, direction: str = "surge", **options: Any) -> PrintedResult:
         """Why a body moved, with the options of `hydrosim.interface.show.explain`."""
         from hydrosim.interface.show import explain
 
-        return explain(self._run, direction=direction, **options)
+        return explain(self._result(), direction=direction, **options)
 
     def compare(self, recorded: str | Path, **options: Any) -> PrintedResult:
         """Comparison with a recording, with the options of `hydrosim.interface.compare.compare`."""
         from hydrosim.interface.compare import compare
 
-        return compare(self._run, recorded, **options)
+        return compare(self._result(), recorded, **options)
 
     def export(self, output: str | Path, **options: Any) -> PrintedResult:
         """Write channels for other programs, with the options of
         `hydrosim.interface.compare.export`."""
         from hydrosim.interface.compare import export
 
-        return export(self._run, output, **options)
+        return export(self._result(), output, **options)
 
     def case(self, number: int | None = None) -> str:
         """Case (YAML) that repeats the run; of many runs that of a ``number``, from 0 on."""

@@ -324,7 +324,7 @@ def _paths(*outputs: Output | None) -> tuple[Path, ...]:
 
 
 def fit_decay(
-    records: Sequence[str | Path],
+    records: str | Path | Sequence[str | Path],
     *,
     column: str = "roll",
     unit: str = "",
@@ -345,7 +345,9 @@ def fit_decay(
     from hydrosim.report.charts.analysis import draw_decay
     from hydrosim.report.sentences.analysis import calibration_document, keys_of
 
-    paths = [Path(record) for record in records]
+    paths = [Path(x) for x in ([records] if isinstance(records, str | Path) else records)]
+    if not paths:
+        raise InputError("records: found none; expected recordings of decaying roll.")
     for path in paths:
         arguments.require_file(path, "a recording of decaying roll")
     if unit not in ("", "deg", "rad"):

@@ -109,8 +109,10 @@ def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
         if (made := content(path) or "").startswith(REPORTED_KINDS):
             found_text = f"holds the {made}, which `hydrosim report` shows"
         elif "run" in run.dims:
-            found_text = (
-                f"holds {run.sizes['run']} runs without their status, so it is no result of a study"
+            found_text = f"holds {run.sizes['run']} runs" + (
+                ", a study that xarray.open_dataset reads"
+                if "status" in run
+                else " without their status, so it is no result of a study"
             )
         raise InputError(f"{path}: {found_text}; {expected}.")
     _require_known(path, str(run.attrs.get("format", "")))

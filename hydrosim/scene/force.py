@@ -8,13 +8,21 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BaseModel, Discriminator, Field, StrictStr, Tag, model_validator
+from pydantic import (
+    BaseModel,
+    Discriminator,
+    Field,
+    StrictStr,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
-from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.schema_class import ReadAs, SchemaClass, input_error, schema_class
 from hydrosim.files.units import AnyQuantity, Scale, factor, problem
 from hydrosim.scene.signal import RecordedColumns
 
@@ -48,15 +56,27 @@ class LevelReached(SchemaClass):
 @dataclass(frozen=True)
 class When:
     """A ``time`` [s], or the moment when a ``channel`` has been ``above`` or ``below`` a value for
-    ``lasting`` [s]. `hydrosim.elements.channel` lists the names of channels. The value was given in
-    a ``unit``, None if in the channel's own."""
+    ``lasting`` [s]. `hydrosim.elements.channel` lists the names of channels. Values are in SI, or
+    texts with a unit; `InputError` for one that no case file may have. ``unit`` is that of the
+    text, None without one or if the channel has one unit alone."""
 
     time: float = 0.0
     channel: str | None = None
     above: float | None = None
     below: float | None = None
     lasting: float = 0.0
-    unit: str | None = None
+    unit: str | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        keys = {f.name: x for f in fields(self) if (x := getattr(self, f.name)) != f.default}
+        keys = keys or {"time": self.time}
+        form: type[AtTime | Event] = Event if keys.keys() - {"time"} else AtTime
+        readers: dict[int | str, Any] = {}
+        try:
+            values = form.model_validate(keys, context=readers).values()
+        except ValidationError as error:
+            raise input_error(error, "When", keys, readers) from None
+        vars(self).update(values)
 
     def build(self) -> When:
         """The condition itself."""
@@ -128,12 +148,18 @@ class Event(SchemaModel):
         speed = "/s" if name in ("velocity", "speed", "relative_speed") else ""
         return CHANNEL_UNITS.get(name, (f"{'rad' if turns else 'm'}{speed}",))
 
-    def build(self) -> When:
-        """The condition of the scene."""
+    def values(self) -> dict[str, Any]:
+        """The fields of its condition, in SI."""
         above, below = (None if x is None else x.value for x in (self.above, self.below))
         given = self.above or self.below
         unit = given.unit if given and len(self._units) > 1 else None
-        return When(0.0, self.channel, above, below, self.lasting, unit)
+        return {"above": above, "below": below, "lasting": self.lasting, "unit": unit}
+
+    def build(self) -> When:
+        """The condition of the scene."""
+        sides = {"above": self.above, "below": self.below}
+        given: dict[str, Any] = {k: x and (x.text or x.value) for k, x in sides.items()}
+        return When(channel=self.channel, lasting=self.lasting, **given)
 
 
 class AtTime(SchemaModel):
@@ -141,6 +167,10 @@ class AtTime(SchemaModel):
 
     time: of.Instant
     """Time since the start of the run. Example: 200 s."""
+
+    def values(self) -> dict[str, Any]:
+        """The fields of its condition, in SI."""
+        return {"time": self.time}
 
     def build(self) -> When:
         """The condition of the scene."""

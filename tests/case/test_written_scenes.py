@@ -100,3 +100,26 @@ def test_wrong_values_are_told_as_those_of_a_file(make, said) -> None:
 def test_values_by_position_are_not_more_than_there_are() -> None:
     with pytest.raises(TypeError, match="expected static, kinetic"):
         hs.Coulomb(0.2, 0.1, 0.1)
+
+
+def test_conditions_take_texts_with_a_unit() -> None:
+    assert hs.When("2 min") == hs.When(120.0)
+    assert hs.When(channel="stop_load.end", above="2 kN").above == 2e3
+    assert hs.When(channel="speed.block", below=0.0, lasting="1 min").lasting == 60.0
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ({"time": "3 m"}, 'When.time: found "3 m"; expected a time in s'),
+        ({"time": float("nan")}, "When.time: found nan; expected a time in s"),
+        ({"time": 3.0, "channel": "speed.block", "above": 1.0}, "When.time: found an unknown key"),
+        ({"channel": "speed.block"}, "When: found no value; expected either above or below"),
+        ({"channel": "speed.block", "above": "1 m"}, "When: found 1 m; expected a value in m/s"),
+        ({"channel": "height.block", "above": 1.0}, "When: found the channel height.block"),
+        ({"above": 1.0}, 'When.channel: found no key "channel"; expected one'),
+    ],
+)
+def test_conditions_that_no_file_may_have_are_refused(values, text) -> None:
+    with pytest.raises(hs.InputError, match=f"^{text}"):
+        hs.When(**values)

@@ -145,8 +145,8 @@ def test_a_restart_before_and_while_a_pump_runs_is_the_same_run(
             r" tank_level\. and left of block",
         ),
         (
-            *(hs.When(channel="height.block", below=1.0), LEFT),
-            r"bodies\.block\.pumps\.out: channel: found height\.block; expected one of position,",
+            *(hs.When(channel="speed.none", below=1.0), LEFT),
+            r"bodies\.block\.pumps\.out: channel: found speed\.none; expected speed\. and block",
         ),
         (
             *(FAST, replace(LEFT, plan=hs.Plan(np.array([0.0, 1.0]), np.array([2.0, 1.0])))),

@@ -84,7 +84,11 @@ def _statistic_value(at: xr.Dataset, variable: str, dof: str) -> document_nodes.
     return document_nodes.Value(0.0 if abs(number) <= ROUNDING_BELOW else number, unit_of_dof(dof))
 
 
-def _mode_table(analysis: xr.Dataset) -> document_nodes.Table:
+def _mode_table(analysis: xr.Dataset) -> document_nodes.Node:
+    if not analysis.sizes["mode"]:
+        return document_nodes.Sentence(
+            "There are no natural modes: friction at rest, drives and joints hold all motions."
+        )
     head = ("mode", "natural period", "damped period", "damping ratio", "moves")
     modes = {str(mode): analysis.sel(mode=mode) for mode in analysis.mode.values}
     rows = [[mode, *_decay_cells(at), _motion_text(at)] for mode, at in modes.items()]

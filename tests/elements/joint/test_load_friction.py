@@ -26,9 +26,11 @@ from scipy.integrate import solve_ivp
 from turning import points, swapped, turned_back
 
 import hydrosim as hs
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compile.compile import compile_scene
 from hydrosim.elements import AppliedForce, Table
 from hydrosim.errors import InputError, SimulationError
+from hydrosim.report.sentences.analysis import linear_document
 from hydrosim.scene import JointFriction, JointResistance, Method, Scene, Start
 from tests.generators.articulated_cases import articulated_case
 from tests.generators.random_cases import Case
@@ -540,6 +542,13 @@ def test_the_linear_analysis_takes_it_as_given_friction() -> None:
     linear = [hs.linearise(*compile_scene(s)) for s in (base, replace(base, joints={"pin": pin}))]
     np.testing.assert_array_equal(linear[0].constraints, linear[1].constraints)
     np.testing.assert_array_equal(linear[0].eigenvalues(), linear[1].eigenvalues())
+
+
+def test_a_linear_analysis_says_that_friction_holds_all() -> None:
+    held = linear_analysis(pendulum(0.5, 0.01, 1.0), LinearRequest())
+    assert held.mode_shape.shape == (0, 1, 6)
+    assert held.joint_mode_shape.shape == (0, 1)
+    assert "There are no natural modes: friction at rest" in str(linear_document(held, raos=False))
 
 
 CASE = """
