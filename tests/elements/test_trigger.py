@@ -252,11 +252,11 @@ def test_what_has_not_begun_is_said() -> None:
         assert (told in said) == waits
 
 
-def stopped(unit: str) -> hs.Scene:
+def stopped(load: str) -> hs.Scene:
     """A mass at 1 m/s that meets a stop 2 m ahead; a force waits for 40 of its load."""
     ends = {"point": (0, 0, 0), "anchor": (10, 0, 0)}
     stop = hs.Stop("block", **ends, lowest=8.0, stiffness=1e4)
-    pressed = When(0.0, "stop_load.stop", below=-40.0, unit=unit)
+    pressed = When(channel="stop_load.stop", below=load)
     late = replace(steady(surge=0.0), active=Active(pressed))
     body = block(MASS, ALONG, velocity=moving(surge=1.0))
     return scene(body, {"stop": stop, "late": late}, 2.2, 0.001, step=0.001)
@@ -264,7 +264,7 @@ def stopped(unit: str) -> hs.Scene:
 
 def test_the_load_of_a_stop_can_be_waited_for() -> None:
     """k v / w sin(w t) reaches it, with w^2 = k / m."""
-    run = hs.simulate(stopped("N"))
+    run = hs.simulate(stopped("-40 N"))
     omega = np.sqrt(1e4 / MASS)
     exact = 2.0 + np.arcsin(40.0 * omega / 1e4) / omega
     begun = run.trigger_stage.values[:, 0] > 0
@@ -277,4 +277,4 @@ def test_a_load_is_waited_for_in_the_unit_of_its_coordinate() -> None:
         "stop_load.stop: found a value in N\\*m; expected one in N, as stop acts along a line"
     )
     with pytest.raises(InputError, match=expected):
-        hs.compile_scene(stopped("N*m"))
+        hs.compile_scene(stopped("-40 N*m"))
