@@ -306,6 +306,7 @@ def _make_optional(schema: Any, deep: set[str]) -> Any:
         optional["$ref"] = f"{DEFINITION_PREFIX}Part_{name}"
     if schema.get("type") == "object":
         optional.pop("required", None)
+        optional.pop("title", None)  # that of the whole mapping says it
         optional["properties"] = {
             k: _allow_null(x) for k, x in optional.get("properties", {}).items()
         }
