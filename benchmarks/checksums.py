@@ -302,7 +302,8 @@ def simulate_all(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
     short: Settings = {"duration": 40, "solver.step": 0.1}
     for coupling in ("stage", "held", "extrapolated"):
         name = f"function, {coupling}"
-        brake = hs.UserForce("port", brake_pair, coupling, also=("starboard",), repeatable=True)
+        user_force = getattr(hs, "UserForce", None) or hs.External  # its name in versions before
+        brake = user_force("port", brake_pair, coupling, also=("starboard",), repeatable=True)
         yield name, simulate(name, "scenes/two barges.yaml", short, brake=brake)
     base = f"cases/{BASE}.yaml"
     memory: Settings = {"bodies.barge.radiation": "convolution"}
