@@ -36,7 +36,7 @@ import subprocess
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import reduce
 from itertools import chain
@@ -351,9 +351,17 @@ def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
         del record["texts"][text]
 
 
+def typed_before(arguments: Sequence[str]) -> list[str]:
+    """The same command as versions of 27 commands know it."""
+    name, *others = arguments
+    earlier = {"new": "schema", "show": "statistics", "analyse": "linear", "study": "sweep"}
+    kept = [part for part in others if part not in ("--schema", "--statistics")]
+    return [earlier.get(name, name), *kept]
+
+
 def call(*arguments: str) -> str:
     """What the command line prints, messages included, and its exit code if that is not 0."""
-    sys.argv[1:] = arguments
+    sys.argv[1:] = arguments if hasattr(hs, "UserForce") else typed_before(arguments)
     printed = io.StringIO()
     code: Any = 0
     with redirect_stdout(printed), redirect_stderr(printed):
