@@ -354,7 +354,8 @@ def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
 def typed_before(arguments: Sequence[str]) -> list[str]:
     """The same command as versions of 27 commands know it."""
     name, *others = arguments
-    earlier = {"new": "schema", "show": "statistics", "analyse": "linear", "study": "sweep"}
+    study = "operability" if "operability" in others[0] else "sweep"
+    earlier = {"new": "schema", "show": "statistics", "analyse": "linear", "study": study}
     kept = [part for part in others if part not in ("--schema", "--statistics")]
     return [earlier.get(name, name), *kept]
 
