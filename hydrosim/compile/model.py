@@ -98,7 +98,7 @@ def model_of(
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
         family=family,
-        elements=events.with_output_starts(parts.elements),
+        elements=events.with_rows_and_outputs(parts.elements, forces.kinds_of(parts)),
         tanks=parts.tanks,
         liquids=liquids_of(scene, bodies),
         weights=weights_of(scene, alone, rows),

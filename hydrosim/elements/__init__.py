@@ -15,7 +15,6 @@ which end at events, also appears in `hydrosim.elements.events`.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -33,7 +32,6 @@ from hydrosim.elements import (
     trigger,
     viscous_roll,
 )
-from hydrosim.elements import kind as kinds
 from hydrosim.elements.contact import fender, landing
 from hydrosim.elements.contact import kind as contact_points
 from hydrosim.elements.drive import Drive
@@ -62,7 +60,7 @@ from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.link import table as links
 from hydrosim.elements.link.kind import COMPENSATOR_KIND, LINK_KIND, SPRING_KIND
 from hydrosim.jit.kernels import clear, kernel
-from hydrosim.modes import MODE_COLUMNS, NO_INDEX
+from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.scene.contacts import (
     Contact,
@@ -147,21 +145,6 @@ ELEMENT_KINDS: tuple[UnitKind, ...] = (
     trigger.TRIGGER_KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
-ROW_KINDS: dict[UnitKind, int] = {
-    contact_points.CONTACT_KIND: kinds.CONTACT_ROW,
-    SPRING_KIND: kinds.LINK_ROW,
-    COMPENSATOR_KIND: kinds.LINK_ROW,
-    LINK_KIND: kinds.LINK_ROW,
-    tanks.TANK_FLOW_KIND: kinds.FLOW_ROW,
-    bushing.BUSHING_KIND: kinds.BUSHING_ROW,
-    lines.CATENARY_KIND: kinds.CATENARY_ROW,
-    landing.GUIDE_KIND: kinds.GUIDE_ROW,
-    winch.WINCH_KIND: kinds.WINCH_ROW,
-    locks.LOCK_KIND: kinds.LOCK_ROW,
-    motions.JOINT_MOTION_KIND: kinds.JOINT_MOTION_ROW,
-    trigger.TRIGGER_KIND: kinds.TRIGGER_ROW,
-}
-"""The kinds of their rows of modes in `UNIT_ROW`."""
 
 
 @kernel
@@ -255,11 +238,10 @@ def kinds_with_mode_sets(parts: KindConstants) -> list[tuple[KindWithModeSets, A
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
     """Constants of all ``elements``; `assign_indices` assigns the indices of their states and
-    modes."""
+    modes, `events.with_rows_and_outputs` their rows of modes and outputs."""
     compilers = {k.field: k.compile for k in ELEMENT_KINDS if isinstance(k, ElementKind)}
     constants = {field: compile(elements, layout) for field, compile in compilers.items()}
-    no_rows = np.zeros(0, dtype=kinds.UNIT_ROW)
-    return Elements(**constants, unit_rows=no_rows, output_starts=())
+    return Elements(**constants, unit_rows=(), output_starts=())
 
 
 def renumber_coordinates(
@@ -305,45 +287,7 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
         reaction += _reaction_count(kind, p)
-    rows = _compile_unit_rows(IndexedConstants(elements, flows))
-    return IndexedConstants(elements._replace(unit_rows=rows), flows)
-
-
-def _compile_unit_rows(parts: KindConstants) -> np.ndarray:
-    """All rows of modes (n,) of `UNIT_ROW`. A trigger owns those of its flow, of its joint, or of
-    all units that act in the row of forces of its element."""
-    counts: Counter[int] = Counter()
-    blocks = [np.zeros(0, dtype=kinds.UNIT_ROW)]
-    rows = [np.zeros(0, dtype=np.int64)]
-    for kind, p in kinds_of(parts):
-        size = kind.modes(p).size
-        number = ROW_KINDS[kind]
-        block = np.zeros(size, dtype=kinds.UNIT_ROW)
-        block["kind"] = number
-        block["unit"] = counts[number] + np.arange(size)
-        block["trigger"] = NO_INDEX
-        counts[number] += size
-        blocks.append(block)
-        rows.append(_force_rows(p, size))
-    units, row = np.concatenate(blocks), np.concatenate(rows)
-    for j, trigger_row in enumerate(parts.elements.triggers.each):
-        flow, lock = trigger_row["flow"], trigger_row["lock"]
-        if flow != NO_INDEX:
-            owned = (units["kind"] == kinds.FLOW_ROW) & (units["unit"] == flow)
-        elif lock != NO_INDEX:
-            owned = (units["kind"] == kinds.LOCK_ROW) & (units["unit"] == lock)
-        else:
-            owned = (row == trigger_row["row"]) & (units["kind"] != kinds.TRIGGER_ROW)
-        units["trigger"][owned] = j
-    return units
-
-
-def _force_rows(p: Any, size: int) -> np.ndarray:
-    """The row of forces of each unit of a kind, `NO_INDEX` if its constants have none."""
-    for table in p:
-        if "row" in (getattr(getattr(table, "dtype", None), "names", None) or ()):
-            return np.asarray(table["row"][:size], dtype=np.int64)
-    return np.full(size, NO_INDEX)
+    return IndexedConstants(elements, flows)
 
 
 def _reaction_count(kind: UnitKind, p: Any) -> int:

@@ -7,24 +7,88 @@ same number of margins, which are positive while its mode lasts.
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from itertools import accumulate
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from hydrosim.elements import bushing, drive, external, trigger
-from hydrosim.elements import kind as kinds
 from hydrosim.elements.contact import fender, group, landing, transitions
 from hydrosim.elements.contact.kind import add_tallies
 from hydrosim.elements.contact.laws import COULOMB
 from hydrosim.elements.joint import load_friction, locks, motions
+from hydrosim.elements.kind import UNIT_ROW, UnitKind
 from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.link import table as links
 from hydrosim.jit.kernels import kernel, root, root_giving
-from hydrosim.modes import MODE
+from hydrosim.modes import MODE, NO_INDEX
 from hydrosim.tanks import pumping
 from hydrosim.water.wind import has_gusts
 
 MAX_HELD_DIRECTIONS = 2  # most directions that a point of rigid friction holds
 MAX_DEPENDENCIES = 2  # parts of y that margins of a row depend on
+
+
+CONTACT_ROW, LINK_ROW, FLOW_ROW, BUSHING_ROW, CATENARY_ROW = range(5)
+GUIDE_ROW, WINCH_ROW, LOCK_ROW, JOINT_MOTION_ROW, TRIGGER_ROW = range(5, 10)
+ROW_KINDS = {
+    "fenders": CONTACT_ROW,
+    "link_table": LINK_ROW,
+    "tanks": FLOW_ROW,
+    "bushings": BUSHING_ROW,
+    "catenaries": CATENARY_ROW,
+    "guides": GUIDE_ROW,
+    "winches": WINCH_ROW,
+    "locks": LOCK_ROW,
+    "joint_motions": JOINT_MOTION_ROW,
+    "triggers": TRIGGER_ROW,
+}
+"""Numbers of the kinds of rows of modes in `UNIT_ROW`, by the field of their constants."""
+
+
+def with_rows_and_outputs(elements: Any, kinds: Iterable[tuple[UnitKind, Any]]) -> Any:
+    """The same elements with the rows of modes of their ``kinds``, which have these constants, and
+    the places where the outputs of each kind begin."""
+    rows = _compile_unit_rows(kinds, elements.triggers.each)
+    return elements._replace(unit_rows=rows, output_starts=_find_output_starts(elements))
+
+
+def _compile_unit_rows(kinds: Iterable[tuple[UnitKind, Any]], triggers: np.ndarray) -> np.ndarray:
+    """All rows of modes (n,) of `UNIT_ROW`. A trigger owns those of its flow, of its joint, or of
+    all units that act in the row of forces of its element."""
+    counts: Counter[int] = Counter()
+    blocks = [np.zeros(0, dtype=UNIT_ROW)]
+    rows = [np.zeros(0, dtype=np.int64)]
+    for kind, p in kinds:
+        size = kind.modes(p).size
+        number = ROW_KINDS[getattr(kind, "field", "tanks")]
+        block = np.zeros(size, dtype=UNIT_ROW)
+        block["kind"] = number
+        block["unit"] = counts[number] + np.arange(size)
+        block["trigger"] = NO_INDEX
+        counts[number] += size
+        blocks.append(block)
+        rows.append(_force_rows(p, size))
+    units, row = np.concatenate(blocks), np.concatenate(rows)
+    for j, switch in enumerate(triggers):
+        if switch["flow"] != NO_INDEX:
+            owned = (units["kind"] == FLOW_ROW) & (units["unit"] == switch["flow"])
+        elif switch["lock"] != NO_INDEX:
+            owned = (units["kind"] == LOCK_ROW) & (units["unit"] == switch["lock"])
+        else:
+            owned = (row == switch["row"]) & (units["kind"] != TRIGGER_ROW)
+        units["trigger"][owned] = j
+    return units
+
+
+def _force_rows(p: Any, size: int) -> np.ndarray:
+    """The row of forces of each unit of a kind, `NO_INDEX` if its constants have none."""
+    for table in p:
+        if "row" in (getattr(getattr(table, "dtype", None), "names", None) or ()):
+            return np.asarray(table["row"][:size], dtype=np.int64)
+    return np.full(size, NO_INDEX)
 
 
 class OutputStarts(NamedTuple):
@@ -42,12 +106,11 @@ class OutputStarts(NamedTuple):
     drive: int
 
 
-def with_output_starts(elements: Any) -> Any:
-    """The same elements with the places where the outputs of each kind begin."""
+def _find_output_starts(elements: Any) -> OutputStarts:
+    """The places where the outputs of each kind begin."""
     sizes = {unit: units * outputs for unit, (units, outputs) in output_shapes(elements).items()}
     starts = dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
-    places = OutputStarts(*(starts[unit] for unit in OutputStarts._fields))
-    return elements._replace(output_starts=places)
+    return OutputStarts(*(starts[unit] for unit in OutputStarts._fields))
 
 
 def output_shapes(elements: Any) -> dict[str, tuple[int, int]]:
@@ -149,12 +212,12 @@ def switch_at_start(t, y, modes, motion, bodies, elements, tanks):
             continue
         for row in range(elements.unit_rows.size):
             unit = elements.unit_rows[row]
-            if unit.trigger == j and unit.kind == kinds.GUIDE_ROW:
+            if unit.trigger == j and unit.kind == GUIDE_ROW:
                 landing.start_inactive(unit.unit, modes, elements.guides)
         switch_units(j, t, y, modes, motion, bodies, elements, tanks)
         for row in range(elements.unit_rows.size):
             unit = elements.unit_rows[row]
-            if unit.trigger == j and unit.kind == kinds.CONTACT_ROW:
+            if unit.trigger == j and unit.kind == CONTACT_ROW:
                 transitions.reset_losses(unit.unit, y, elements.fenders)
 
 
@@ -211,24 +274,24 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
     later."""
     kind = elements.unit_rows[row].kind
     i = elements.unit_rows[row].unit
-    if kind == kinds.CONTACT_ROW:
+    if kind == CONTACT_ROW:
         p = elements.fenders
         transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p)
-    elif kind == kinds.LINK_ROW:
+    elif kind == LINK_ROW:
         links.transition(i, which, t, y, modes, motion, bodies, elements.link_table)
-    elif kind == kinds.FLOW_ROW:
+    elif kind == FLOW_ROW:
         pumping.switch_flow(i, which, t, modes, tanks)
-    elif kind == kinds.BUSHING_ROW:
+    elif kind == BUSHING_ROW:
         bushing.transition(i, modes, elements.bushings)
-    elif kind == kinds.CATENARY_ROW:
+    elif kind == CATENARY_ROW:
         catenary.transition(i, t, y, modes, motion, bodies, elements.catenaries)
-    elif kind == kinds.GUIDE_ROW:
+    elif kind == GUIDE_ROW:
         landing.transition(i, which, y, modes, motion, bodies, elements)
-    elif kind == kinds.WINCH_ROW:
+    elif kind == WINCH_ROW:
         winch.transition(i, which, t, y, modes, motion, bodies, elements.winches)
-    elif kind == kinds.LOCK_ROW:
+    elif kind == LOCK_ROW:
         locks.transition(i, which, y, modes, motion, bodies, elements.locks)
-    elif kind == kinds.JOINT_MOTION_ROW:
+    elif kind == JOINT_MOTION_ROW:
         motions.transition(i, which, y, modes, bodies, reactions, elements.joint_motions)
     elif trigger.transition(i, which, t, y, modes, elements.triggers):
         switch_units(i, t, y, modes, motion, bodies, elements, tanks)
@@ -240,7 +303,7 @@ def switch_units(trigger_number, t, y, modes, motion, bodies, elements, tanks):
     stage = modes[elements.triggers.mode + trigger_number, MODE]
     for row in range(elements.unit_rows.size):
         unit = elements.unit_rows[row]
-        if unit.trigger == trigger_number and unit.kind == kinds.FLOW_ROW:
+        if unit.trigger == trigger_number and unit.kind == FLOW_ROW:
             pumping.follow_trigger(unit.unit, stage, y, modes, tanks)
         elif unit.trigger == trigger_number and stage == trigger.DURING:
             activate(unit, t, y, modes, motion, bodies, elements)
@@ -252,19 +315,19 @@ def switch_units(trigger_number, t, y, modes, motion, bodies, elements, tanks):
 def activate(unit, t, y, modes, motion, bodies, elements):
     """Let a ``unit`` act from now on."""
     i = unit.unit
-    if unit.kind == kinds.CONTACT_ROW:
+    if unit.kind == CONTACT_ROW:
         transitions.activate(i, t, y, modes, motion, bodies, elements.fenders)
-    elif unit.kind == kinds.LINK_ROW:
+    elif unit.kind == LINK_ROW:
         links.activate(i, t, y, modes, motion, bodies, elements.link_table)
-    elif unit.kind == kinds.BUSHING_ROW:
+    elif unit.kind == BUSHING_ROW:
         bushing.activate(i, modes, motion, bodies, elements.bushings)
-    elif unit.kind == kinds.CATENARY_ROW:
+    elif unit.kind == CATENARY_ROW:
         catenary.set_initial_mode(i, t, y, modes, motion, bodies, elements.catenaries)
-    elif unit.kind == kinds.GUIDE_ROW:
+    elif unit.kind == GUIDE_ROW:
         landing.activate(i, modes, motion, bodies, elements)
-    elif unit.kind == kinds.WINCH_ROW:
+    elif unit.kind == WINCH_ROW:
         winch.activate_in_run(i, t, y, modes, motion, bodies, elements.winches)
-    elif unit.kind == kinds.LOCK_ROW:
+    elif unit.kind == LOCK_ROW:
         locks.activate(i, y, modes, motion, bodies, elements.locks)
 
 
@@ -272,19 +335,19 @@ def activate(unit, t, y, modes, motion, bodies, elements):
 def deactivate(unit, t, y, modes, motion, bodies, elements):
     """End the action of a ``unit``."""
     i = unit.unit
-    if unit.kind == kinds.CONTACT_ROW:
+    if unit.kind == CONTACT_ROW:
         transitions.deactivate(i, t, y, modes, motion, bodies, elements.fenders)
-    elif unit.kind == kinds.LINK_ROW:
+    elif unit.kind == LINK_ROW:
         links.deactivate(i, modes, elements.link_table)
-    elif unit.kind == kinds.BUSHING_ROW:
+    elif unit.kind == BUSHING_ROW:
         bushing.deactivate(i, modes, elements.bushings)
-    elif unit.kind == kinds.CATENARY_ROW:
+    elif unit.kind == CATENARY_ROW:
         catenary.deactivate(i, modes, elements.catenaries)
-    elif unit.kind == kinds.GUIDE_ROW:
+    elif unit.kind == GUIDE_ROW:
         landing.deactivate(i, y, modes, motion, bodies, elements)
-    elif unit.kind == kinds.WINCH_ROW:
+    elif unit.kind == WINCH_ROW:
         winch.deactivate(i, y, modes, elements.winches)
-    elif unit.kind == kinds.LOCK_ROW:
+    elif unit.kind == LOCK_ROW:
         locks.deactivate(i, modes, elements.locks)
 
 
@@ -292,7 +355,7 @@ def deactivate(unit, t, y, modes, motion, bodies, elements):
 def is_trigger(row, elements):
     """True if a row of modes belongs to a trigger, which may change the energy stored in other
     elements."""
-    return elements.unit_rows[row].kind == kinds.TRIGGER_ROW
+    return elements.unit_rows[row].kind == TRIGGER_ROW
 
 
 @kernel
@@ -310,15 +373,15 @@ def guard_dependencies(row, part, elements, tanks):
     on; `MAX_DEPENDENCIES` ranges."""
     kind = elements.unit_rows[row].kind
     i = elements.unit_rows[row].unit
-    if tanks.flows.size > 0 and kind in (kinds.FLOW_ROW, kinds.TRIGGER_ROW):
+    if tanks.flows.size > 0 and kind in (FLOW_ROW, TRIGGER_ROW):
         return tanks.state, tanks.state + tanks.each.size
-    if kind == kinds.WINCH_ROW:
+    if kind == WINCH_ROW:
         return winch.guard_dependencies(i, part, elements.winches)
-    if kind == kinds.CONTACT_ROW:
+    if kind == CONTACT_ROW:
         return fender.guard_dependencies(i, part, elements.fenders)
-    if kind == kinds.LINK_ROW and part == 0:
+    if kind == LINK_ROW and part == 0:
         return links.guard_dependencies(i, elements.link_table)
-    if kind == kinds.LOCK_ROW and part == 0:
+    if kind == LOCK_ROW and part == 0:
         return locks.guard_dependencies(i, elements.locks)
     return 0, 0
 

@@ -285,20 +285,8 @@ class ModeRows(NamedTuple):
 NO_MODES = ModeRows(0)
 
 UNIT_ROW = np.dtype([("kind", int), ("unit", int), ("trigger", int)])
-"""A row of modes: the kind of its unit by the numbers below, the number of the unit among those of
-its kind, and the trigger that starts and ends its action, `NO_INDEX` if none."""
-(
-    CONTACT_ROW,
-    LINK_ROW,
-    FLOW_ROW,
-    BUSHING_ROW,
-    CATENARY_ROW,
-    GUIDE_ROW,
-    WINCH_ROW,
-    LOCK_ROW,
-    JOINT_MOTION_ROW,
-    TRIGGER_ROW,
-) = range(10)
+"""A row of modes: the number of its kind (`events.ROW_KINDS`), that of the unit among those of its
+kind, and the trigger that starts and ends its action, `NO_INDEX` if none."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,10 +32,10 @@ ROPE_LINES = {  # of files that are there: before which line stands what
     },
     "elements/events.py": {
         "from hydrosim.elements import bushing": "from hydrosim.elements import rope\n",
-        "    }\n\n\n@kernel\ndef joint_output_start": (
+        "    }\n\n\n@kernel\ndef write_outputs": (
             '        "rope": (elements.ropes.lines.size, rope.ROPE_OUTPUTS),\n'
         ),
-        "\n\n@root\ndef set_initial_modes": (
+        "\n\n@kernel\ndef motions_of_joints": (
             "    if elements.ropes.lines.size > 0:\n"
             "        first = out.size - elements.ropes.lines.size * rope.ROPE_OUTPUTS\n"
             "        rope.write_outputs(y, modes, motion, bodies, elements.ropes, out[first:])\n"
@@ -48,16 +48,15 @@ ROPE_LINES = {  # of files that are there: before which line stands what
             "    if elements.ropes.lines.size > 0:\n"
             "        rope.find_margins(y, modes, motion, bodies, elements.ropes, out)\n"
         ),
-        "    if row >= elements.link_table.mode and": (
-            "    ropes = elements.ropes\n"
-            "    if row >= ropes.mode and ropes.lines.size > 0:\n"
-            "        rope.transition(row - ropes.mode, which, y, modes, motion, bodies, ropes)\n"
-            "        return\n"
+        "ROW_KINDS = {\n": "ROPE_ROW = 10\n",
+        '    "link_table": LINK_ROW': '    "ropes": ROPE_ROW,\n',
+        "    elif kind == LINK_ROW:": (
+            "    elif kind == ROPE_ROW:\n"
+            "        rope.transition(i, which, y, modes, motion, bodies, elements.ropes)\n"
         ),
-        "    i = row - elements.link_table.mode\n    if 0 <= i": (
-            "    first = elements.ropes.state + row - elements.ropes.mode\n"
-            "    if 0 <= row - elements.ropes.mode < elements.ropes.lines.size:\n"
-            "        return first, first + 1\n"
+        "    if kind == LINK_ROW and part == 0:": (
+            "    if kind == ROPE_ROW:\n"
+            "        return elements.ropes.state + i, elements.ropes.state + i + 1\n"
         ),
     },
 }

@@ -2,6 +2,7 @@
 what that does to motions."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -116,7 +117,7 @@ def test_what_is_locked_blocks_no_fit() -> None:
 def test_a_run_that_goes_on_has_the_model_of_the_run_before() -> None:
     """Whatever the tolerance is now: at one of 1, surge would have states by itself."""
 
-    def convolved(compiled: hs.Compiled) -> list[list[int]]:
+    def convolved(compiled: Any) -> list[list[int]]:
         return [of.dofs.tolist() for wet in compiled.wet for of in wet.convolved]
 
     first = hs.simulate(scene(AUTOMATIC))
