@@ -77,7 +77,7 @@ def compare(
             "ignore: found no `exact`; expected both. `ignore` names variables that `exact` skips."
         )
     inputs = [path for path in (recorded, mapping and Path(mapping)) if path]
-    runs = open_runs(run) if isinstance(of, str | Path) else of if is_of_runs(of) else None
+    runs = _many_runs(of)
     if runs is not None:
         _refuse(settings, f"{run}, a file of many runs")
     else:
@@ -119,6 +119,13 @@ def compare(
         draw_comparison(dataset, title, page)
     files = (result.path, page.path) if result and page else ()
     return PrintedResult(comparison_tables(dataset), dataset, files, failed=bool(exceeded))
+
+
+def _many_runs(result: xr.Dataset | str | Path) -> xr.Dataset | None:
+    """The runs of a result of many; None for the result of one."""
+    if isinstance(result, str | Path):
+        return open_runs(Path(result))
+    return result if is_of_runs(result) else None
 
 
 def _refuse(settings: Mapping[str, Any], reason: str) -> None:
@@ -244,7 +251,7 @@ def export(
     window = arguments.window_of(start, end)
     result = arguments.output_for(output, "", "export", run, overwrite=overwrite, suffix=suffix)
     assert result is not None
-    runs = open_runs(run) if isinstance(of, str | Path) else of if is_of_runs(of) else None
+    runs = _many_runs(of)
     if runs is not None:
         raise InputError(
             f"{run}: holds {runs.sizes['run']} runs; expected the result of one run."

@@ -188,9 +188,8 @@ Law = StickSlip | FrictionSlope | Coulomb | Frictionless
 
 def check_lengths(compression: Sequence[float] | None, force: Sequence[float] | None) -> None:
     """Refuses a table that has not a force for each compression."""
-    if compression and force and len(compression) != len(force):
-        found_text = f"{len(compression)} values in compression and {len(force)} in force"
-        raise problem(found_text, "a force for each compression")
+    if compression and force:
+        of.require_value_for_each("compression", compression, "force", force)
 
 
 @dataclass(frozen=True)

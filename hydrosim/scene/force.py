@@ -384,6 +384,13 @@ BreaksAt = Annotated[
 ]
 
 
+def require_one_end(breaks_at: Any, active: Active | None) -> None:
+    """Raises a problem if a line breaks, and ends its action otherwise too."""
+    if breaks_at is not None and active and active.until is not None:
+        expected = "one of them: both end the action of the line"
+        raise problem("breaks_at and active.until", expected)
+
+
 def until_it_breaks(
     active: Active | None, breaks_at: Any, channel: str, where: BuildContext
 ) -> Active | None:
@@ -410,9 +417,7 @@ class BreakingElement(ForceElement):
 
     @model_validator(mode="after")
     def _check_end(self) -> Self:
-        if self.breaks_at is not None and self.active and self.active.until is not None:
-            expected = "one of them: both end the action of the line"
-            raise problem("breaks_at and active.until", expected)
+        require_one_end(self.breaks_at, self.active)
         return self
 
     def build_active(self, where: BuildContext) -> ForceElement:

@@ -83,11 +83,7 @@ class TensionCurve(SchemaClass):
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        if len(self.extension) != len(self.tension):
-            found_text = (
-                f"{len(self.extension)} values in extension and {len(self.tension)} in tension"
-            )
-            raise problem(found_text, "a tension for each extension")
+        of.require_value_for_each("extension", self.extension, "tension", self.tension)
         if not self.tension[-1]:
             raise problem("no tension at any extension", "one that rises")
         return self
@@ -237,6 +233,9 @@ class Compensator(TwoPointElement, Link):
 
 # Springs and dampers of both signs.
 
+Points = tuple[Sequence[float], Sequence[float]]
+"""Offsets and loads of a curve."""
+
 
 @schema_class
 class ElasticLink(Link):
@@ -261,14 +260,19 @@ class ElasticLink(Link):
     @property
     def offset(self) -> np.ndarray:
         """Offsets (n,) [m or rad] of its curve from where it is neutral; none without a spring."""
-        straight = (0.0, 1.0) if self.stiffness else ()
-        return np.array(straight if self.curve is None else self.curve.offset)
+        return np.array(self._points()[0])
 
     @property
     def force(self) -> np.ndarray:
         """The loads (n,) [N or N m] of its curve."""
-        straight = (0.0, self.stiffness) if self.stiffness else ()
-        return np.array(straight if self.curve is None else self.curve.load)
+        return np.array(self._points()[1])
+
+    def _points(self) -> Points:
+        """Offsets and loads of its curve, or of the straight line that its stiffness is."""
+        if self.curve is not None:
+            points: Points = self.curve.points()
+            return points
+        return ((0.0, 1.0), (0.0, self.stiffness)) if self.stiffness else ((), ())
 
     def can_carry_weight(self) -> bool:
         return bool(np.any(self.force))
@@ -276,9 +280,7 @@ class ElasticLink(Link):
 
 def check_points(x: str, at: Sequence[float], y: str, values: Sequence[float]) -> None:
     """Raises a problem if ``at`` and ``values`` of the keys ``x`` and ``y`` are no curve."""
-    if len(at) != len(values):
-        found_text = f"{len(at)} values in {x} and {len(values)} in {y}"
-        raise problem(found_text, f"a {y} for each {x}")
+    of.require_value_for_each(x, at, y, values)
     if len(at) < 2:
         raise problem(f"{len(at)} points", "two or more")
 
@@ -297,15 +299,9 @@ class StrutCurve(SchemaClass):
         check_points("extension", self.extension, "force", self.force)
         return self
 
-    @property
-    def offset(self) -> Sequence[float]:
-        """The extensions."""
-        return self.extension
-
-    @property
-    def load(self) -> Sequence[float]:
-        """The forces."""
-        return self.force
+    def points(self) -> Points:
+        """Its extensions and forces."""
+        return self.extension, self.force
 
 
 @schema_class
@@ -375,15 +371,9 @@ class TorsionCurve(SchemaClass):
         check_points("angle", self.angle, "moment", self.moment)
         return self
 
-    @property
-    def offset(self) -> Sequence[float]:
-        """The angles."""
-        return self.angle
-
-    @property
-    def load(self) -> Sequence[float]:
-        """The moments."""
-        return self.moment
+    def points(self) -> Points:
+        """Its angles and moments."""
+        return self.angle, self.moment
 
 
 @schema_class
@@ -725,15 +715,12 @@ class LoadCurve(SchemaClass):
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        if len(self.place) != len(self.load):
-            found_text = f"{len(self.place)} values in place and {len(self.load)} in load"
-            raise problem(found_text, "a load for each place")
+        of.require_value_for_each("place", self.place, "load", self.load)
         return self
 
-    @property
-    def offset(self) -> Sequence[float]:
-        """The places."""
-        return self.place
+    def points(self) -> Points:
+        """Its places and loads."""
+        return self.place, self.load
 
 
 @schema_class

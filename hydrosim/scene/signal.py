@@ -118,9 +118,7 @@ class TableOverTime(SchemaModel, Generic[T]):
 
     @pydantic.model_validator(mode="after")
     def _check_table(self) -> Self:
-        if len(self.time) != len(self.force):
-            found_text = f"{len(self.time)} times and {len(self.force)} forces"
-            raise problem(found_text, "a force for each time")
+        of.require_value_for_each_time(self.time, "force", self.force)
         return self
 
 
@@ -273,9 +271,7 @@ class LengthTable(SchemaModel):
 
     @pydantic.model_validator(mode="after")
     def _check_table(self) -> Self:
-        if len(self.time) != len(self.length):
-            found_text = f"{len(self.time)} times and {len(self.length)} lengths"
-            raise problem(found_text, "a length for each time")
+        of.require_value_for_each_time(self.time, "length", self.length)
         return self
 
 

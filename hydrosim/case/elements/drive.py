@@ -30,7 +30,7 @@ class OffsetTable(SchemaModel):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        _same_number(self.time, self.offset, "offset")
+        of.require_value_for_each_time(self.time, "offset", self.offset)
         return self
 
 
@@ -44,14 +44,8 @@ class AngleTable(SchemaModel):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        _same_number(self.time, self.angle, "angle")
+        of.require_value_for_each_time(self.time, "angle", self.angle)
         return self
-
-
-def _same_number(times: tuple[float, ...], values: tuple[float, ...], what: str) -> None:
-    if len(times) != len(values):
-        found_text = f"{len(times)} times and {len(values)} {what}s"
-        raise problem(found_text, f"{'an' if what[0] in 'ao' else 'a'} {what} for each time")
 
 
 def _form_tag(value: object) -> str:

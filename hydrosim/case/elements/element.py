@@ -18,6 +18,7 @@ from hydrosim.scene.force import (
     BuildContext,
     Moment,
     build_condition,
+    require_one_end,
     until_it_breaks,
 )
 from hydrosim.scene.signal import RecordedColumns
@@ -94,9 +95,7 @@ class Breaking(Element):
 
     @model_validator(mode="after")
     def _check_end(self) -> Self:
-        if self.breaks_at is not None and self.active and self.active.until is not None:
-            expected = "one of them: both end the action of the line"
-            raise problem("breaks_at and active.until", expected)
+        require_one_end(self.breaks_at, self.active)
         return self
 
     def breaking(self, where: BuildContext, active: Active | None) -> Active | None:

@@ -67,9 +67,7 @@ class SpeedTable(SchemaModel):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        if len(self.time) != len(self.speed):
-            found_text = f"{len(self.time)} times and {len(self.speed)} speeds"
-            raise problem(found_text, "a speed for each time")
+        of.require_value_for_each_time(self.time, "speed", self.speed)
         return self
 
 

@@ -33,12 +33,9 @@ class StretchCurve(SchemaModel):
 
     @model_validator(mode="after")
     def _check_points(self) -> Self:
-        counts = len(self.stretch), len(self.tension)
-        if counts[0] != counts[1]:
-            found_text = f"{counts[0]} values in stretch and {counts[1]} in tension"
-            raise problem(found_text, "a tension for each stretch")
-        if counts[0] > MAX_CURVE_POINTS:
-            raise problem(f"{counts[0]} points", f"at most {MAX_CURVE_POINTS}")
+        of.require_value_for_each("stretch", self.stretch, "tension", self.tension)
+        if len(self.stretch) > MAX_CURVE_POINTS:
+            raise problem(f"{len(self.stretch)} points", f"at most {MAX_CURVE_POINTS}")
         return self
 
 
