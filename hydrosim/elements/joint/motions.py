@@ -15,6 +15,7 @@ column `SEGMENT`. All changes are events.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import inf
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -34,7 +35,7 @@ from hydrosim.modes import (
 )
 from hydrosim.multibody.tree import BALL, SLIDE, coordinate_places, push_joint
 from hydrosim.multibody.vectors import dot, quaternion_of_parameters, rotation_vector
-from hydrosim.scene import ForceElement, JointFriction, JointResistance, Scene
+from hydrosim.scene import ForceElement, JointResistance, Scene
 from hydrosim.scene.scene import tree_joints
 
 NO_FRICTION, STUCK, UP, DOWN, UNDEFINED_FRICTION = range(5)
@@ -81,7 +82,7 @@ def compile_elements(
     coordinate = min(places, default=0)
     for number, (name, joint) in enumerate(layout.joints.items()):
         for i in range(0 if name in layout.constraints else len(joint.motions)):
-            acting = joint.resistances[i] if joint.resistances else JointResistance()
+            acting = joint.resistances[i]
             row = layout.row[name] if acting.acts else NO_INDEX
             move, axis = places[coordinate]
             kind, sign = layout.tree.moves[["kind", "sign"]][move]
@@ -96,13 +97,14 @@ def compile_elements(
 
 def _resistance_constants(acting: JointResistance) -> tuple[Any, ...]:
     ends = acting.stops
-    friction = acting.friction or JointFriction(-1.0, 0.0)
+    friction = acting.friction
+    radius, collar, distance = friction.levers if friction else (1.0, 0.0, inf)
     return (
         *(acting.stiffness, acting.neutral, acting.damping),
-        (ends.lowest, ends.highest, ends.stiffness, ends.damping) if ends else stop.NO_STOPS,
-        *(friction.static, friction.kinetic),
-        *(friction.static_coefficient, friction.kinetic_coefficient),
-        *(friction.radius, friction.collar_radius, 1.0 / friction.bearing_distance),
+        (*ends.range, ends.stiffness, ends.damping) if ends else stop.NO_STOPS,
+        *(friction.given if friction else (-1.0, 0.0)),
+        *(friction.coefficients if friction else (0.0, 0.0)),
+        *(radius, collar, 1.0 / distance),
     )
 
 
