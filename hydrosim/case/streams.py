@@ -9,6 +9,7 @@ from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, mode
 
 from hydrosim import scene
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import same_length
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
 from hydrosim.scene import Amplitudes, WindLaw
@@ -17,6 +18,8 @@ from hydrosim.scene import Amplitudes, WindLaw
 class CurrentTable(SchemaModel):
     """Current at some depths, with straight lines between."""
 
+    key_rules = (same_length("depth", "speed", "heading", each="depth"),)
+
     depth: Annotated[tuple[of.Length, ...], AfterValidator(of.require_start_at_zero), of.RISING]
     """Depths below the still water, which rise from 0. Example: [0 m, 50 m, 100 m]."""
     speed: Annotated[tuple[of.FlowSpeed, ...], AfterValidator(of.require_entries)]
@@ -24,15 +27,6 @@ class CurrentTable(SchemaModel):
     heading: tuple[of.Angle, ...] | None = None
     """Direction that the current goes to at each depth, in place of the heading of the current.
     Example: [0 deg, 20 deg, 40 deg]."""
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        for key in self.keys_with_value("speed", "heading"):
-            count = len(getattr(self, key))
-            if count != len(self.depth):
-                found_text = f"{count} values in {key} and {len(self.depth)} in depth"
-                raise problem(found_text, "a value for each depth")
-        return self
 
 
 class CurrentPower(SchemaModel):

@@ -45,6 +45,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema, to_jsonable_python
 
 from hydrosim.errors import InputError
+from hydrosim.files.key_rules import Rules, check_key_rules
 from hydrosim.files.messages import Readers, fields_of, validation_problems
 
 C = TypeVar("C", bound=type)
@@ -124,6 +125,8 @@ class SchemaClass(metaclass=CheckedClass):
 
     has_valid_defaults: ClassVar[bool] = False
     """Whether there is a value without any key. It needs no schema."""
+    key_rules: ClassVar[Rules] = ()
+    """Which keys go together, besides what base classes say."""
     _schema: ClassVar[dict[str, Any]]
     """What pydantic makes of the class, from its first use on."""
 
@@ -172,6 +175,7 @@ class SchemaClass(metaclass=CheckedClass):
         if isinstance(value, dict):
             vars(made)["_keys"] = frozenset(value)
             vars(made)["_forms"] = dict(made._converted_forms())
+            check_key_rules(made)
         return made
 
     def _converted_forms(self) -> Iterator[tuple[str, Any]]:

@@ -13,6 +13,7 @@ from pydantic import StrictBool, StrictStr, model_validator
 
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import exactly_one
 from hydrosim.files.schema_class import SchemaClass, schema_class
 from hydrosim.files.units import problem
 from hydrosim.scene.force import LevelReached, When
@@ -185,6 +186,8 @@ class Weight(StrEnum):
 class Clearance(SchemaClass):
     """The distance of a named point, "bow of barge", from another or from a plane."""
 
+    key_rules = (exactly_one("to", "plane", nothing="nothing to measure from"),)
+
     of: StrictStr
     """Named point of a body. Example: bow of barge."""
     to: StrictStr | None = None
@@ -194,8 +197,6 @@ class Clearance(SchemaClass):
 
     @model_validator(mode="after")
     def _check_other(self) -> Self:
-        if len(given := self.keys_with_value("to", "plane")) != 1:
-            raise problem(" and ".join(given) or "nothing to measure from", "either to or plane")
         if self.to == self.of:
             raise problem(f"the distance of {self.of} from itself", "two points")
         if self.plane and self.plane.corners:

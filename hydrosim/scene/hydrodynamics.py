@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import model_validator
 
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import at_least_one
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
 
@@ -219,18 +220,22 @@ class Coefficients(SchemaClass):
     """Numbers instead of a database: constant, about the centre of gravity, and without wave
     loads."""
 
+    key_rules = (
+        at_least_one(
+            "added_mass",
+            "damping",
+            "stiffness",
+            nothing="none of them",
+            expected="a file, or some of added_mass, damping, stiffness",
+        ),
+    )
+
     added_mass: AddedMassMatrix = None  # type: ignore[assignment]
     """Constant added mass: per degree of freedom, or a 6 x 6 matrix."""
     damping: DampingMatrix = None  # type: ignore[assignment]
     """Constant damping: per degree of freedom, or a 6 x 6 matrix."""
     stiffness: StiffnessMatrix = None  # type: ignore[assignment]
     """Hydrostatic stiffness: per degree of freedom, or a 6 x 6 matrix."""
-
-    @model_validator(mode="after")
-    def _check_some(self) -> Self:
-        if not self.keys_with_value("added_mass", "damping", "stiffness"):
-            raise problem("none of them", "a file, or some of added_mass, damping, stiffness")
-        return self
 
 
 @dataclass(frozen=True, eq=False)
