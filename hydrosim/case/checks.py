@@ -109,11 +109,11 @@ def _check_tree(case: CaseFile) -> Iterator[Problem]:
     joint_tree = arrange_joints(joints, list(case.bodies))
     for branch in joint_tree.branches:
         body = case.bodies[branch.child]
-        if "dofs" in body.model_fields_set:
+        if body.has_key("dofs"):
             text = f"found dofs of {branch.child}, which the joint {branch.name} carries; expected"
             remedy = "none; the joint leaves its motions free"
             yield Problem(("bodies", branch.child, "dofs"), f"{text} {remedy}")
-        if "initial" in body.model_fields_set:
+        if body.has_key("initial"):
             text = f"found a start of {branch.child}, which the joint {branch.name} carries"
             remedy = f"expected none; give joints.{branch.name}.initial"
             yield Problem(("bodies", branch.child, "initial"), f"{text}; {remedy}")

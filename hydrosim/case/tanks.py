@@ -1,4 +1,4 @@
-"""`lightship`, `tanks` and `pumps` of a body in a case file."""
+"""`tanks` and `pumps` of a body in a case file."""
 
 from __future__ import annotations
 
@@ -28,28 +28,6 @@ Part = Annotated[float, Quantity("number", "", "98 %", above=0, at_most=1)]
 Rate = Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)]
 Levels = Annotated[tuple[of.Level, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
-
-
-class Lightship(SchemaModel):
-    """The body without what is in its tanks; ``centre_of_gravity`` is in the database's frame."""
-
-    key_rules = (
-        exactly_one(
-            "radii_of_gyration",
-            "inertia",
-            nothing="neither radii_of_gyration nor inertia",
-            expected="one of radii_of_gyration, inertia",
-        ),
-    )
-
-    mass: of.Mass
-    """Mass without the contents of tanks."""
-    centre_of_gravity: of.Point
-    """Centre of gravity without the contents of tanks, in the database's frame."""
-    radii_of_gyration: of.Radii | None = None
-    """Radii of gyration without the contents of tanks, about that centre."""
-    inertia: of.InertiaMatrix | None = None
-    """Moments of inertia without the contents of tanks, about that centre."""
 
 
 class TankTableEntry(SchemaModel):

@@ -154,6 +154,17 @@ class SchemaClass(metaclass=CheckedClass):
         return fields
 
     @classmethod
+    def build_from(cls, source: Any, **values: Any) -> Self:
+        """One with the values that a ``source`` has of its fields, and other values. They were
+        checked and are not checked again."""
+        made = cls._made_of_defaults()
+        names = {field.name for field in dataclasses.fields(cls)}
+        taken = {name: x for name, x in vars(source).items() if name in names} | values
+        forms = {k: x for k, x in vars(source).get("_forms", {}).items() if k in names - {*values}}
+        vars(made).update(taken, _keys=vars(source).get("_keys", ()), _forms=forms)
+        return made
+
+    @classmethod
     def _made_of_defaults(cls) -> Self:
         made = object.__new__(cls)
         for field in dataclasses.fields(cls):
@@ -217,6 +228,10 @@ class SchemaClass(metaclass=CheckedClass):
             for name, value in (write(self) | forms).items()
             if not info.exclude_unset or {name, names[name].alias} & {*given}
         }
+
+    def has_key(self, key: str) -> bool:
+        """True if a ``key`` was given."""
+        return key in vars(self)["_keys"]
 
     def keys_with_value(self, *keys: str) -> list[str]:
         """The ``keys`` that have a value."""

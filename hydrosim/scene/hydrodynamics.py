@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Protocol, Self
+from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, get_args
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import BeforeValidator, ConfigDict, Discriminator, model_validator
 
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import at_least_one
@@ -96,8 +96,37 @@ class ConstantRadiation(SchemaClass):
     """Wave period whose added mass and damping are used."""
 
 
+@schema_class
+class NoRadiation(SchemaClass):
+    """No radiation; the other keys may stay, so that one word turns it off."""
+
+    __pydantic_config__: ClassVar = ConfigDict(extra="ignore")
+
+    model: Literal["none"] = field(default="none", kw_only=True)
+    """No radiation forces."""
+
+
 Radiation = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
 
+
+def _require_model(value: Any) -> Any:
+    return {"model": value} if isinstance(value, str) else value
+
+
+_FORM = Annotated[Radiation | NoRadiation, Discriminator("model")]
+BODY_RADIATION = ReadAs(
+    Annotated[
+        _FORM,
+        BeforeValidator(
+            _require_model,
+            json_schema_input_type=_FORM
+            | Literal["automatic", "state_space", "convolution", "none"],
+        ),
+    ],
+    (RadiationModel, *get_args(Radiation)),
+    lambda _: RadiationModel.NONE,
+)
+"""Annotation of the radiation of a body: a name, or a mapping with a model and its settings."""
 
 BY_NAME: Mapping[RadiationModel, Radiation | None] = {
     RadiationModel.AUTOMATIC: AutomaticRadiation(),
