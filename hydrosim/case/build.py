@@ -23,7 +23,6 @@ from hydrosim.case.elements import BuildContext
 from hydrosim.case.elements.catenary import Lines, Vessel
 from hydrosim.case.hydrodynamics import build_hydrodynamics, hull_of
 from hydrosim.case.seas import wave_trains
-from hydrosim.case.streams import with_streams
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import as_attribute
 from hydrosim.files.layers import DUMPER, FILES
@@ -196,10 +195,13 @@ def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:
 
 
 def _build_environment(water: schema.EnvironmentEntry, path: Path) -> scene.Environment:
-    environment = scene.Environment(
-        water.water_depth, water.water_density, water.gravity, waves=wave_trains(water, path)
+    still = scene.Stream()
+    return scene.Environment.build_from(
+        water,
+        waves=wave_trains(water, path),
+        current=water.current or scene.Current.build_from(still),
+        wind=water.wind or scene.Wind.build_from(still),
     )
-    return with_streams(environment, water.current, water.wind, f"{path}: environment")
 
 
 def _build_body(name: str, body: schema.BodyEntry, folder: Path) -> scene.Body:

@@ -11,7 +11,6 @@ from hydrosim.case.elements.catenary import Lines
 from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
-from hydrosim.case.streams import CurrentPower
 from hydrosim.case.waves import (
     Components,
     ComponentsFile,
@@ -23,6 +22,7 @@ from hydrosim.case.waves import (
 from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
+from hydrosim.scene.environment import CurrentPower
 from hydrosim.scene.joint import arrange_joints
 from hydrosim.scene.links import CoordinateElement
 from hydrosim.scene.signal import RecordedColumns

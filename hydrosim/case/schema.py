@@ -17,7 +17,6 @@ from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.hydrodynamics import Hydrodynamics, Hydrostatics, files_of
 from hydrosim.case.joints import AnyJoint
-from hydrosim.case.streams import Current, Wind
 from hydrosim.case.tanks import PumpEntry, TankEntry
 from hydrosim.case.waves import Waves
 from hydrosim.dofs import DOFS
@@ -37,10 +36,10 @@ class EnvironmentEntry(WaterProperties):
 
     waves: Waves = ()
     """One wave train, or a list of wave trains that act together."""
-    current: Current | None = None
+    current: scene.Current | None = None
     """Steady current, uniform or over the depth. Bodies with hydrodynamics feel it, and force
     elements."""
-    wind: Wind | None = None
+    wind: scene.Wind | None = None
     """Wind, steady or with gusts. It acts through force elements alone."""
 
 

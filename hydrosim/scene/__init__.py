@@ -25,7 +25,9 @@ from hydrosim.scene.body import (
 )
 from hydrosim.scene.environment import (
     Amplitudes,
-    CurrentProfile,
+    Current,
+    CurrentPower,
+    CurrentTable,
     Density,
     DirectionalTable,
     Environment,
@@ -44,8 +46,8 @@ from hydrosim.scene.environment import (
     Torsethaugen,
     WaveTrain,
     WhiteNoise,
-    WindLaw,
-    WindProfile,
+    Wind,
+    WindPower,
 )
 from hydrosim.scene.force import (
     Active,
@@ -111,7 +113,9 @@ __all__ = [
     "Coefficients",
     "ConstantRadiation",
     "ConvolutionRadiation",
-    "CurrentProfile",
+    "Current",
+    "CurrentPower",
+    "CurrentTable",
     "Density",
     "DirectionalTable",
     "Environment",
@@ -171,7 +175,7 @@ __all__ = [
     "Weight",
     "When",
     "WhiteNoise",
-    "WindLaw",
-    "WindProfile",
+    "Wind",
+    "WindPower",
     "Without",
 ]
