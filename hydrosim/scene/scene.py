@@ -17,7 +17,8 @@ from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import BuildContext, ForceElement
-from hydrosim.scene.joint import Arrangement, Joint, arrange_joints
+from hydrosim.scene.joint import Joint
+from hydrosim.scene.joint_trees import Arrangement, arrange_joints
 
 # Solver: method, step, tolerance, and simplifications of a scene.
 
@@ -249,7 +250,10 @@ class Scene:
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Elements that were written in Python as in a file get what the scene has."""
+        """Elements and joints that are written as in a file get what the scene has."""
+        joints = {name: joint.build_active() for name, joint in self.joints.items()}
+        if any(joints[name] is not joint for name, joint in self.joints.items()):
+            object.__setattr__(self, "joints", joints)
         water = self.environment.water_density, self.environment.gravity
         built = {
             name: e.build_active(BuildContext(f"forces.{name}", Path("scene"), water, self.joints))
@@ -265,7 +269,7 @@ class Scene:
         return arrange_joints(self.joints, [body.name for body in self.bodies])
 
 
-# Trees of joints, see `hydrosim.scene.joint`.
+# Trees of joints, see `hydrosim.scene.joint_trees`.
 
 
 def arrangement(scene: Scene) -> Arrangement:
