@@ -77,7 +77,8 @@ _OF_SCENES = {
     "contacts": "Coulomb Fender Frictionless FrictionSlope Landing LoadPowers NormalCurve"
     " NormalLoop PrescribedNormal Seats StickSlip Wall",
     "damping": "LinearDamping QuadraticDamping SharpBarge ViscousRoll",
-    "environment": "Environment Gusts Jonswap RegularWave Stream WaveTrain",
+    "environment": "Current CurrentPower CurrentTable Environment Gusts Jonswap RegularWave Stream"
+    " WaveTrain Wind WindPower",
     "force": "Active When",
     "hydrodynamics": "Coefficients",
     "joint": "Ball BallInitial Cylindrical Fixed Guide Hinge Joint JointWindow Planar Ratchet Rod"

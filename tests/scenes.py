@@ -344,6 +344,10 @@ def stream_of(velocity: np.ndarray) -> Stream:
     return Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
 
 
+def _turned_stream(stream: Any, by: float) -> Any:
+    return type(stream).build_from(stream, heading=stream.heading + by)
+
+
 def turned_scene(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scene:
     """The scene, its waves and streams turned about the vertical through the origin, then shifted.
     Joints are in the frames of their bodies and stay; so do forces of the body."""
@@ -371,8 +375,13 @@ def turned_scene(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -
 
     water = scene.environment
     waves = tuple(replace(train, heading=train.heading + by) for train in water.waves)
-    streams = (water.current, water.wind)
-    current, wind = (replace(stream, heading=stream.heading + by) for stream in streams)
+    table = water.current.table
+    if table is not None and table.heading:
+        turned = replace(table, heading=[heading + by for heading in table.heading])
+        current = replace(water.current, profile=turned)
+    else:
+        current = _turned_stream(water.current, by)
+    wind = _turned_stream(water.wind, by)
     return replace(
         scene,
         bodies=tuple(map(turn_body, scene.bodies)),

@@ -23,14 +23,13 @@ from hydrosim.case.elements import BuildContext
 from hydrosim.case.elements.catenary import Lines, Vessel
 from hydrosim.case.hydrodynamics import build_hydrodynamics, hull_of
 from hydrosim.case.seas import wave_trains
-from hydrosim.case.streams import with_streams
-from hydrosim.case.tanks import Lightship
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import as_attribute
 from hydrosim.files.layers import DUMPER, FILES
 from hydrosim.files.messages import fields_of
 from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import CoordinateValue, Scale
+from hydrosim.scene.body import inertia_matrix
 from hydrosim.scene.damping import ViscousRoll
 from hydrosim.scene.scene import arrange_joints
 
@@ -82,7 +81,7 @@ def _build_bodies(data: CaseFile) -> dict[str, Any]:
     carried = arrange_joints(data.joints, list(data.bodies)).children
     without = {"dofs": None, "initial": None}
     return {
-        name: body.model_copy(update=without if name in carried else {})
+        name: schema.BodyEntry.build_from(body, **(without if name in carried else {}))
         for name, body in data.bodies.items()
     }
 
@@ -194,75 +193,54 @@ def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:
 
 
 def _build_environment(water: schema.EnvironmentEntry, path: Path) -> scene.Environment:
-    environment = scene.Environment(
-        water.water_depth, water.water_density, water.gravity, waves=wave_trains(water, path)
+    still = scene.Stream()
+    return scene.Environment.build_from(
+        water,
+        waves=wave_trains(water, path),
+        current=water.current or scene.Current.build_from(still),
+        wind=water.wind or scene.Wind.build_from(still),
     )
-    return with_streams(environment, water.current, water.wind, f"{path}: environment")
 
 
 def _build_body(name: str, body: schema.BodyEntry, folder: Path) -> scene.Body:
     tanks = tuple(
         tank.build(key, f"bodies.{name}.tanks.{key}", folder) for key, tank in body.tanks.items()
     )
-    mass, centre, inertia = _mass_with_contents(body, tanks)
-    return scene.Body(
+    hull = hull_of(body.hydrostatics, f"bodies.{name}.hydrostatics", folder, body.database_body)
+    return scene.Body.build_from(
+        body,
         name=name,
-        mass=mass,
-        inertia=inertia,
+        **_mass_with_contents(body, tanks),
+        radii_of_gyration=None,
+        mass_matrix=None,
         hydrodynamics=build_hydrodynamics(body.hydrodynamics, partial(_path_in_folder, folder)),
-        hydrostatics=hull_of(
-            body.hydrostatics, f"bodies.{name}.hydrostatics", folder, body.database_body
-        ),
-        centre_of_gravity=centre,
-        location=body.location,
-        heading=body.heading,
-        database_body=body.database_body,
-        database_checksum=body.database_checksum,
-        dofs=body.dofs,
+        hydrostatics=hull,
+        initial=scene.Initial(),
         position=body.initial.position,
         velocity=body.initial.velocity,
-        radiation=_build_radiation(body.radiation),
-        wave_forces=body.wave_forces,
         weight=body.weight or (scene.Weight.CARRIED if tanks else scene.Weight.BALANCED),
         tanks=tanks,
         pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
-        constant_inertia=body.constant_inertia,
-        points=body.points,
-        draught=body.draught,
     )
 
 
-def _mass_with_contents(
-    body: schema.BodyEntry, tanks: tuple[scene.Tank, ...]
-) -> tuple[float, tuple[float, ...], np.ndarray]:
+def _mass_with_contents(body: schema.BodyEntry, tanks: tuple[scene.Tank, ...]) -> dict[str, Any]:
     """Mass, centre of gravity and inertia about it, of the body with what is in its tanks."""
-    if body.lightship is None:
-        assert body.mass is not None
-        return (
-            body.mass,
-            body.centre_of_gravity or (0.0, 0.0, 0.0),
-            _inertia_matrix(body, body.mass),
-        )
+    lightship = body.lightship
+    if lightship is None:
+        centre = body.centre_of_gravity or (0.0, 0.0, 0.0)
+        return {"centre_of_gravity": centre, "inertia": inertia_matrix(body)}
     from hydrosim.tanks.timeline import loaded_body, tanks_at_start  # slow to load
 
-    lightship = body.lightship
-    mass_properties = loaded_body(
+    loaded = loaded_body(
         lightship.mass,
         lightship.centre_of_gravity,
-        _inertia_matrix(lightship, lightship.mass),
+        inertia_matrix(lightship),
         tanks_at_start(tanks),
     )
-    return mass_properties.mass, tuple(mass_properties.centre.tolist()), mass_properties.inertia
-
-
-def _build_radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
-    return scene.RadiationModel.NONE if isinstance(form, schema.NoRadiation) else form
-
-
-def _inertia_matrix(body: schema.BodyEntry | Lightship, mass: float) -> np.ndarray:
-    if body.inertia is not None:
-        return np.array(body.inertia)
-    if isinstance(body, schema.BodyEntry) and body.mass_matrix is not None:
-        return np.array(body.mass_matrix)[3:, 3:]
-    # Without free rotations any inertia will do.
-    return mass * np.diag(np.square(body.radii_of_gyration or (1.0, 1.0, 1.0)))
+    return {
+        "mass": loaded.mass,
+        "centre_of_gravity": tuple(loaded.centre.tolist()),
+        "inertia": loaded.inertia,
+        "lightship": None,
+    }

@@ -11,7 +11,6 @@ from hydrosim.case.elements.catenary import Lines
 from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
-from hydrosim.case.streams import CurrentPower
 from hydrosim.case.waves import (
     Components,
     ComponentsFile,
@@ -23,6 +22,7 @@ from hydrosim.case.waves import (
 from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
+from hydrosim.scene.environment import CurrentPower
 from hydrosim.scene.links import CoordinateElement
 from hydrosim.scene.scene import arrange_joints
 from hydrosim.scene.signal import RecordedColumns
@@ -108,11 +108,11 @@ def _check_tree(case: CaseFile) -> Iterator[Problem]:
     joint_tree = arrange_joints(case.joints, list(case.bodies))
     for branch in joint_tree.branches:
         body = case.bodies[branch.child]
-        if "dofs" in body.model_fields_set:
+        if body.has_key("dofs"):
             text = f"found dofs of {branch.child}, which the joint {branch.name} carries; expected"
             remedy = "none; the joint leaves its motions free"
             yield Problem(("bodies", branch.child, "dofs"), f"{text} {remedy}")
-        if "initial" in body.model_fields_set:
+        if body.has_key("initial"):
             text = f"found a start of {branch.child}, which the joint {branch.name} carries"
             remedy = f"expected none; give joints.{branch.name}.initial"
             yield Problem(("bodies", branch.child, "initial"), f"{text}; {remedy}")

@@ -1,4 +1,4 @@
-"""`lightship`, `tanks` and `pumps` of a body in a case file."""
+"""`tanks` and `pumps` of a body in a case file."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from hydrosim import scene
 from hydrosim.case.hydrodynamics import Depth, MeshHull, RecipeHull
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import exactly_one
 from hydrosim.files.quantities import Axes, Scale, SchemaModel
 from hydrosim.files.units import Quantity, problem
 from hydrosim.scene import FreeSurface, LevelReached, Plan
 from hydrosim.scene.force import AtTime, Event
 
 SEA_NAME = "sea"
+SHAPES = ("box", "table", "mesh", "recipe")
 PLACING = ("scale", "axes", "offset", "waterline")  # keys of a mesh
 Volume = Annotated[float, Quantity("volume", "m^3", "100 m^3", at_least=0)]
 AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4", at_least=0)]
@@ -26,27 +28,6 @@ Part = Annotated[float, Quantity("number", "", "98 %", above=0, at_most=1)]
 Rate = Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)]
 Levels = Annotated[tuple[of.Level, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
-
-
-class Lightship(SchemaModel):
-    """The body without what is in its tanks; ``centre_of_gravity`` is in the database's frame."""
-
-    mass: of.Mass
-    """Mass without the contents of tanks."""
-    centre_of_gravity: of.Point
-    """Centre of gravity without the contents of tanks, in the database's frame."""
-    radii_of_gyration: of.Radii | None = None
-    """Radii of gyration without the contents of tanks, about that centre."""
-    inertia: of.InertiaMatrix | None = None
-    """Moments of inertia without the contents of tanks, about that centre."""
-
-    @model_validator(mode="after")
-    def _check_inertia(self) -> Self:
-        given = self.keys_with_value("radii_of_gyration", "inertia")
-        if len(given) != 1:
-            given_keys = " and ".join(given) or "neither radii_of_gyration nor inertia"
-            raise problem(given_keys, "one of radii_of_gyration, inertia")
-        return self
 
 
 class TankTableEntry(SchemaModel):
@@ -87,6 +68,8 @@ class TankEntry(SchemaModel):
     """A tank: a ``box`` between two corners, a ``table``, a closed ``mesh`` in a file, or the hull
     of a ``recipe``, in the database's frame; the latter two with the keys that a hull has."""
 
+    key_rules = (exactly_one(*SHAPES, nothing="none of them"),)
+
     box: tuple[of.Point, of.Point] | None = None
     """Two opposite corners of a tank that is a box, in the database's frame.
     Example: [[-20 m, 10 m, -12 m], [20 m, 30 m, 2 m]]."""
@@ -119,13 +102,10 @@ class TankEntry(SchemaModel):
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
-        given = self.keys_with_value("box", "table", "mesh", "recipe")
-        if len(given) != 1:
-            given_keys = " and ".join(given) or "none of them"
-            raise problem(given_keys, "one of box, table, mesh, recipe")
+        (shape,) = self.keys_with_value(*SHAPES)
         for key, owner in (*((key, "mesh") for key in PLACING), ("depth", "recipe")):
-            if self.keys_with_value(key) and given[0] != owner:
-                raise problem(f"{key} of a {given[0]}", f"it of a {owner}")
+            if self.keys_with_value(key) and shape != owner:
+                raise problem(f"{key} of a {shape}", f"it of a {owner}")
         if self.table is not None and self.permeability != 1.0:
             raise problem("permeability of a table", "volumes of fluid in it, and no permeability")
         if self.box is not None and not np.all(np.subtract(*self.box)):

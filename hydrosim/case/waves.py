@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 import pydantic
 
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import exactly_one, same_length
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
@@ -125,6 +126,16 @@ class TableSea(Spread):
     """Densities at frequencies: lists, or the first column and another one of a text ``file``,
     each multiplied by a factor that has its unit."""
 
+    key_rules = (
+        exactly_one(
+            ("frequency", "density"),
+            "file",
+            nothing="no table",
+            expected="frequency and density, or a file",
+        ),
+        same_length("frequency", "density", found="{count} frequencies and {size} densities"),
+    )
+
     spectrum: Literal["table"]
     """Densities at given frequencies."""
     frequency: of.Frequencies | None = None
@@ -140,16 +151,6 @@ class TableSea(Spread):
     """Factor of the file's frequencies, such as 1 Hz."""
     density_factor: of.WaveDensity = 1.0
     """Factor of the file's densities, such as 1 m^2/Hz."""
-
-    @pydantic.model_validator(mode="after")
-    def _check_table(self) -> Self:
-        given = self.keys_with_value("frequency", "density", "file")
-        if given not in (["frequency", "density"], ["file"]):
-            raise problem(" and ".join(given) or "no table", "frequency and density, or a file")
-        if self.frequency and self.density and len(self.frequency) != len(self.density):
-            found_text = f"{len(self.frequency)} frequencies and {len(self.density)} densities"
-            raise problem(found_text, "a density for each frequency")
-        return self
 
 
 class DirectionalSea(Irregular):
@@ -190,6 +191,8 @@ def _components_form(value: object) -> str:
 class Component(SchemaModel):
     """One of given components: it goes to the ``heading`` of them all if it has none of its own."""
 
+    key_rules = (exactly_one("period", "frequency", nothing="neither"),)
+
     amplitude: of.Height
     """Amplitude, half of the wave height."""
     period: of.Period | None = None
@@ -200,13 +203,6 @@ class Component(SchemaModel):
     """Phase of the elevation at the origin."""
     heading: of.Angle | None = None
     """Direction that the component goes to. Without it that of the whole train."""
-
-    @pydantic.model_validator(mode="after")
-    def _check_frequency(self) -> Self:
-        given = self.keys_with_value("period", "frequency")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "neither", "either period or frequency")
-        return self
 
 
 class ComponentsFile(SchemaModel):

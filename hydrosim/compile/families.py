@@ -150,7 +150,7 @@ def _check_family(body: Body, family: Family, scene: Scene) -> None:
             " expected state_space or automatic, which uses states for a family. A convolution"
             " has one velocity history per body, and a family needs one per draught."
         )
-    if scene.environment.current.speed != 0.0:
+    if scene.environment.current.top_speed != 0.0:
         raise InputError(
             f"{key}.hydrodynamics: found databases at draughts of {draughts_text} m, and a current;"
             " expected still water. The effect of a current on changing added mass is not"

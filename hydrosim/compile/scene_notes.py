@@ -119,7 +119,7 @@ def coarse_headings(meeting: Meeting) -> Iterator[str]:
 
 def said_of_current(scene: scenes.Scene, model: Model) -> Iterator[str]:
     """Note on the effect of the current on the added-mass loads of the bodies."""
-    for b in model.headings.turning if scene.environment.current.speed else ():
+    for b in model.headings.turning if scene.environment.current.top_speed else ():
         A = model.added_mass[6 * b : 6 * b + 2, 6 * b : 6 * b + 2]
         yield _munk_note(scene, scene.bodies[b], A, float(np.hypot(*model.headings.current[b])))
 
@@ -186,7 +186,7 @@ def said_of_streams(scene: scenes.Scene, model: Model) -> Iterator[str]:
     heights = heights_of_wind(model.elements)
     for (name, load), row in zip(loads, p.each, strict=True):
         speed = _speed(row["stream"])
-        if isinstance(load, WindLoad) and water.wind_profile is not None:
+        if isinstance(load, WindLoad) and wind.has_profile:
             height = heights[row["gusts"]]
             yield f"{name} feels the wind at {height:.3g} m: a mean of {speed:.3g} m/s"
         elif not isinstance(load, WindLoad) and is_sheared(current_table(water)):

@@ -164,7 +164,7 @@ def _wave_counts(scene: scenes.Scene) -> Iterator[float]:
         if isinstance(train.spectrum, scenes.Density):
             yield cut_off(train.spectrum) * train.repeat_period / (2.0 * pi)
     if (gusts := scene.environment.gusts) is not None:
-        yield gusts.highest * gusts.repeat_period / (2.0 * pi)
+        yield gusts.highest_frequency * gusts.repeat_period / (2.0 * pi)
 
 
 def _available_bytes() -> float:

@@ -291,8 +291,8 @@ def _asymmetries(calm: Compiled, sea: Sequence[WaveComponents]) -> Iterator[str]
     yield from _joints_aside(scene, y)
     water = scene.environment
     for name, stream in (("current", water.current), ("wind", water.wind)):
-        if abs(stream.speed * np.sin(stream.heading)) > SYMMETRY_RTOL * abs(stream.speed):
-            yield f"{name} to {np.degrees(stream.heading):g} deg"
+        if abs(stream.top_speed * np.sin(stream.direction)) > SYMMETRY_RTOL * stream.top_speed:
+            yield f"{name} to {np.degrees(stream.direction):g} deg"
     for b in asymmetric_hulls(calm.model.hulls, calm.model.bodies):
         yield f"the hull of {scene.bodies[b].name}"
     for group in each_database(calm.wet):

@@ -118,7 +118,7 @@ def height_of(name: str, load: WindLoad, layout: Layout) -> float:
     height = load.height
     if height is None:
         height = float(layout.place_at_rest(load.body, load.point)[2])
-    if layout.wind.profile is not None and height < wind.MIN_HEIGHT:
+    if layout.wind.has_profile and height < wind.MIN_HEIGHT:
         raise InputError(
             f"forces.{name}.height: found a height of {height:.3g} m above the water, that of the"
             f" point unless the key is given; expected {wind.MIN_HEIGHT:g} m or more for the"

@@ -56,7 +56,8 @@ class _Described(GenerateJsonSchema):
         model = _describe_keys(super().dataclass_schema(schema), schema["cls"])
         properties, needed = model["properties"], {*model.pop("required", ())}
         for key in {*KINDS} & properties.keys():
-            if properties[key].get("const") == properties[key].get("default"):
+            value = properties[key]
+            if "const" in value and value["const"] == value.get("default"):
                 needed.add(key)
                 del properties[key]["default"]
         keys = [field.alias or name for name, field in fields_of(schema["cls"]).items()]

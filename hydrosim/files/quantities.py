@@ -7,12 +7,13 @@ import operator
 import re
 from collections.abc import Callable, Sized
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 import numpy as np
 import pydantic
 
 from hydrosim.dofs import DOFS
+from hydrosim.files.key_rules import Rules, check_key_rules
 from hydrosim.files.units import Cyclic, Quantity, problem
 
 NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -117,6 +118,8 @@ class SchemaModel(pydantic.BaseModel):
     """A mapping in a case file. Unknown keys are errors. The context has `messages.Readers`."""
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    key_rules: ClassVar[Rules] = ()
+    """Which keys go together, besides what base classes say."""
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -124,6 +127,11 @@ class SchemaModel(pydantic.BaseModel):
         if info.context is not None:
             info.context.update({id(value): cls, cls.__name__: cls})
         return value
+
+    @pydantic.model_validator(mode="after")
+    def _check_key_rules(self) -> Self:
+        check_key_rules(self)
+        return self
 
     def keys_with_value(self, *keys: str) -> list[str]:
         """The ``keys`` that have a value."""

@@ -45,6 +45,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema, to_jsonable_python
 
 from hydrosim.errors import InputError
+from hydrosim.files.key_rules import Rules, check_key_rules
 from hydrosim.files.messages import Readers, fields_of, validation_problems
 
 C = TypeVar("C", bound=type)
@@ -125,6 +126,8 @@ class SchemaClass(metaclass=CheckedClass):
 
     has_valid_defaults: ClassVar[bool] = False
     """Whether there is a value without any key. It needs no schema."""
+    key_rules: ClassVar[Rules] = ()
+    """Which keys go together, besides what base classes say."""
     _schema: ClassVar[dict[str, Any]]
     """What pydantic makes of the class, from its first use on."""
 
@@ -152,6 +155,17 @@ class SchemaClass(metaclass=CheckedClass):
         return fields
 
     @classmethod
+    def build_from(cls, source: Any, **values: Any) -> Self:
+        """One with the values that a ``source`` has of its fields, and other values. They were
+        checked and are not checked again."""
+        made = cls._made_of_defaults()
+        names = {field.name for field in dataclasses.fields(cls)}
+        taken = {name: x for name, x in vars(source).items() if name in names} | values
+        forms = {k: x for k, x in vars(source).get("_forms", {}).items() if k in names - {*values}}
+        vars(made).update(taken, _keys=vars(source).get("_keys", ()), _forms=forms)
+        return made
+
+    @classmethod
     def _made_of_defaults(cls) -> Self:
         made = object.__new__(cls)
         for field in dataclasses.fields(cls):
@@ -173,6 +187,7 @@ class SchemaClass(metaclass=CheckedClass):
         if isinstance(value, dict):
             vars(made)["_keys"] = frozenset(value)
             vars(made)["_forms"] = dict(made._converted_forms())
+            check_key_rules(made)
         return made
 
     def _converted_forms(self) -> Iterator[tuple[str, Any]]:
@@ -214,6 +229,10 @@ class SchemaClass(metaclass=CheckedClass):
             for name, value in (write(self) | forms).items()
             if not info.exclude_unset or {name, names[name].alias} & {*given}
         }
+
+    def has_key(self, key: str) -> bool:
+        """True if a ``key`` was given."""
+        return key in vars(self)["_keys"]
 
     def keys_with_value(self, *keys: str) -> list[str]:
         """The ``keys`` that have a value."""

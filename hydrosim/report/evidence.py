@@ -180,7 +180,7 @@ OF_SCENES: Mapping[Feature, Callable[[scenes.Scene], bool]] = {
     Feature.DRAG: _elements(QuadraticDamping),
     Feature.ROLL: _elements(ViscousRoll),
     Feature.CURRENT: lambda scene: (
-        scene.environment.current.speed != 0.0 or _elements(elements.CurrentLoad)(scene)
+        scene.environment.current.top_speed != 0.0 or _elements(elements.CurrentLoad)(scene)
     ),
     Feature.WIND: _elements(elements.WindLoad),
     Feature.WEIGHT: _any_body_is(lambda body: body.weight == scenes.Weight.CARRIED),

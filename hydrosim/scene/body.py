@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import StrictBool, StrictStr, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SkipValidation,
+    StrictBool,
+    StrictStr,
+    model_validator,
+)
 
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
-from hydrosim.files.schema_class import SchemaClass, schema_class
-from hydrosim.files.units import problem
+from hydrosim.files.key_rules import exactly_one
+from hydrosim.files.messages import suggestion
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.units import Quantity, problem
 from hydrosim.scene.force import LevelReached, When
 from hydrosim.scene.hydrodynamics import (
+    BODY_RADIATION,
+    AutomaticRadiation,
     ChangedDatabase,
     Coefficients,
     Family,
@@ -185,6 +195,8 @@ class Weight(StrEnum):
 class Clearance(SchemaClass):
     """The distance of a named point, "bow of barge", from another or from a plane."""
 
+    key_rules = (exactly_one("to", "plane", nothing="nothing to measure from"),)
+
     of: StrictStr
     """Named point of a body. Example: bow of barge."""
     to: StrictStr | None = None
@@ -194,8 +206,6 @@ class Clearance(SchemaClass):
 
     @model_validator(mode="after")
     def _check_other(self) -> Self:
-        if len(given := self.keys_with_value("to", "plane")) != 1:
-            raise problem(" and ".join(given) or "nothing to measure from", "either to or plane")
         if self.to == self.of:
             raise problem(f"the distance of {self.of} from itself", "two points")
         if self.plane and self.plane.corners:
@@ -204,8 +214,164 @@ class Clearance(SchemaClass):
         return self
 
 
-@dataclass(frozen=True)
-class Body:
+# Bodies.
+
+
+def _order_dofs(dofs: tuple[str, ...]) -> tuple[str, ...]:
+    unknown = [dof for dof in dofs if dof not in DOFS]
+    if unknown or len(set(dofs)) != len(dofs):
+        remedy = suggestion(unknown[0], DOFS) if unknown else ""
+        raise problem(f"[{', '.join(dofs)}]", f"any of {', '.join(DOFS)}, each once", remedy)
+    return tuple(sorted(dofs, key=DOFS.index))
+
+
+Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_order_dofs)]
+
+
+@schema_class
+class Initial(SchemaClass):
+    """Offsets from the place at rest, and velocities, at the start."""
+
+    has_valid_defaults: ClassVar[bool] = True
+
+    position: of.Offsets = (0.0,) * 6
+    """Offsets from the place at rest when the run starts: six values, or some by name."""
+    velocity: of.Velocities = (0.0,) * 6
+    """Velocities when the run starts: six values, or some by name."""
+
+
+@schema_class
+class Lightship(SchemaClass):
+    """The body without what is in its tanks; ``centre_of_gravity`` is in the database's frame."""
+
+    key_rules = (
+        exactly_one(
+            "radii_of_gyration",
+            "inertia",
+            nothing="neither radii_of_gyration nor inertia",
+            expected="one of radii_of_gyration, inertia",
+        ),
+    )
+
+    mass: of.Mass
+    """Mass without the contents of tanks."""
+    centre_of_gravity: of.Point
+    """Centre of gravity without the contents of tanks, in the database's frame."""
+    radii_of_gyration: of.Radii | None = None
+    """Radii of gyration without the contents of tanks, about that centre."""
+    inertia: of.InertiaMatrix | None = None
+    """Moments of inertia without the contents of tanks, about that centre."""
+
+
+@schema_class
+class BodyKeys(SchemaClass):
+    """What a body is in a case file and in a scene."""
+
+    mass: of.Mass | None = None
+    """Mass of the body, with the contents of its tanks at the start."""
+    lightship: Lightship | None = None
+    """Mass properties of the body without the contents of its tanks, in place of mass and
+    inertia."""
+    hydrodynamics: Any = None
+    """Database file, a mapping with a file and changes to it, a list of databases by draught, or
+    coefficients. A body without it is dry."""
+    hydrostatics: Any = None
+    """Source of buoyancy: the stiffness matrix of the database, or a closed hull for any draught,
+    heel and trim."""
+    database_body: Annotated[int, Field(strict=True, ge=1)] = 1
+    """Number of this body in a database of several bodies. Example: 2."""
+    database_checksum: StrictStr | None = None
+    """Checksum that the database must have. Another database is refused. Example: 8c1f0a2b."""
+    centre_of_gravity: of.Point | None = None
+    """Centre of gravity in the frame of the database. It is the origin of the body frame."""
+    location: of.Position = (0.0, 0.0)
+    """Place x, y of the database's origin in the earth frame. Example: [120 m, 0 m]."""
+    heading: of.Angle = 0.0
+    """Direction of the body's x axis at rest, counter-clockwise from the x axis of the earth. Yaw
+    is counted from it."""
+    radii_of_gyration: of.Radii | None = None
+    """Radii of gyration about the centre of gravity for roll, pitch and yaw."""
+    inertia: of.InertiaMatrix | None = None
+    """Moments of inertia about the centre of gravity: three by name, or a 3 x 3 matrix."""
+    mass_matrix: of.MassMatrix | None = None
+    """Full 6 x 6 mass matrix about the centre of gravity."""
+    dofs: Dofs = DOFS
+    """Degrees of freedom that may move. Others are locked; an empty list holds the body. Example:
+    [surge, heave, pitch]."""
+    initial: Initial = Initial()
+    """Offsets and velocities when the run starts."""
+    radiation: Annotated[RadiationModel | Radiation, BODY_RADIATION] = AutomaticRadiation()
+    """Model of the radiation forces: a name, or a mapping with a model and its settings."""
+    wave_forces: WaveForces = WaveForces()
+    """Wave loads that act on the body."""
+    weight: Weight | None = None
+    """Whether weight and buoyancy balance at rest, or weight is a force that contacts, lines and
+    buoyancy carry."""
+    tanks: Any = ()
+    """Tanks of the body, by name."""
+    pumps: Any = ()
+    """Pumps between tanks or the sea, by name."""
+    constant_inertia: StrictBool = False
+    """Whether mass and inertia stay as at the start while tanks are pumped, and only the weight
+    changes."""
+    draught: Annotated[float, Quantity("length", "m", "8 m", above=0)] | None = None
+    """Draught over which the mean of a current with a profile acts. Without it, that of the hull in
+    hydrostatics."""
+    points: dict[of.Name, of.Point] = field(default_factory=dict)
+    """Places in the body frame by name. Their motions are recorded.
+    Example: {bow: [90 m, 0 m, 8 m]}."""
+
+    @model_validator(mode="after")
+    def _check_mass(self) -> Self:
+        keys = ("radii_of_gyration", "inertia", "mass_matrix")
+        given = self.keys_with_value(*keys)
+        if self.lightship is not None:
+            twice = [*self.keys_with_value("mass", "centre_of_gravity"), *given]
+            if twice:
+                found_text = f"lightship and {', '.join(twice)}"
+                raise problem(
+                    found_text, "one of them: of the ship without, or with what is in tanks"
+                )
+            return self
+        if self.mass is None:
+            raise problem('no key "mass"', "it, or lightship")
+        if len(given) > 1 or (not given and {*DOFS[3:]} & {*self.dofs}):
+            raise problem(" and ".join(given) or "none", f"one of {', '.join(keys)}")
+        if self.mass_matrix is not None:
+            self._check_mass_matrix(np.array(self.mass_matrix))
+        return self
+
+    def _check_mass_matrix(self, matrix: np.ndarray) -> None:
+        assert self.mass is not None
+        wanted = np.zeros((6, 6))
+        wanted[:3, :3] = self.mass * np.eye(3)
+        wanted[3:, 3:] = matrix[3:, 3:]
+        if not np.allclose(matrix, wanted, rtol=1e-6, atol=1e-6 * self.mass):
+            raise problem(
+                "a mass_matrix that is not of this mass about its centre of gravity",
+                f"{self.mass:g} kg in surge, sway and heave, not coupled to the rotations",
+                "refer it to centre_of_gravity, or give inertia instead",
+            )
+
+
+def inertia_matrix(source: BodyKeys | Lightship) -> np.ndarray:
+    """Inertia (3, 3) [kg m^2] of a body about its centre of gravity."""
+    if source.inertia is not None:
+        return np.array(source.inertia)
+    if isinstance(source, BodyKeys) and source.mass_matrix is not None:
+        return np.array(source.mass_matrix)[3:, 3:]
+    assert source.mass is not None
+    # Without free rotations any inertia will do.
+    return source.mass * np.diag(np.square(source.radii_of_gyration or (1.0, 1.0, 1.0)))
+
+
+InertiaArray = Annotated[
+    np.ndarray, ReadAs(of.InertiaMatrix | None, np.ndarray, of.as_array_or_none)
+]
+
+
+@schema_class
+class Body(BodyKeys):
     """A rigid body: ``mass`` [kg] and ``inertia`` (3, 3) about the centre of gravity [kg m^2].
 
     ``hydrodynamics`` is a database or its file, with or without changes, a family of databases over
@@ -217,38 +383,42 @@ class Body:
     ``hydrostatics`` is the closed hull that gives the buoyancy at any draught, heel and trim. None
     uses the stiffness of the database, which is valid near the position at rest.
 
-    ``centre_of_gravity`` (3,) is in the database's frame and is the origin of the body frame.
-    ``location`` (2,) places the origin of the database's frame in the earth's x, y. ``heading``
-    [rad] is the direction of its x axis at rest, from which yaw counts. ``position`` and
-    ``velocity`` (6,) are the initial offsets from the position at rest, along the earth's axes and
-    about the body's, and their rates. ``dofs`` lists the free degrees of freedom; a body with none
-    is held. ``points`` are named points in the body frame whose motions are recorded.
-
-    ``draught`` [m] is the depth over which the mean of a current with a profile acts; None takes
-    that of the hull in ``hydrostatics``.
-
-    Mass, inertia and centre of gravity include the contents of its ``tanks`` at the start. If
-    ``constant_inertia`` is true, pumping changes the weight alone.
+    ``location`` (2,) places the origin of the database's frame in the earth's x, y. ``position``
+    and ``velocity`` (6,) are the initial offsets from the position at rest, along the earth's axes
+    and about the body's, and their rates: in Python in place of ``initial``. A body without free
+    ``dofs`` is held. Mass, inertia and centre of gravity include the contents of its ``tanks`` at
+    the start; the ``lightship`` of a case file is not for Python.
     """
 
-    name: str
-    mass: float
-    inertia: np.ndarray
-    hydrodynamics: Hydrodynamics | Path | ChangedDatabase | Family | Coefficients | None = None
-    centre_of_gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
-    location: tuple[float, ...] = (0.0, 0.0)
-    heading: float = 0.0
-    database_body: int = 1
-    database_checksum: str | None = None
-    dofs: tuple[str, ...] = DOFS
-    position: tuple[float, ...] = (0.0,) * 6
-    velocity: tuple[float, ...] = (0.0,) * 6
-    radiation: RadiationModel | Radiation = RadiationModel.AUTOMATIC
-    wave_forces: WaveForces = field(default_factory=WaveForces)
-    hydrostatics: Hull | None = None
-    points: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    positional: ClassVar[tuple[str, ...]] = (
+        *("name", "mass", "inertia", "hydrodynamics", "centre_of_gravity"),
+    )
+
+    name: StrictStr = field(kw_only=True)
+    """Name of the body."""
+    mass: of.Mass
+    inertia: InertiaArray = None  # type: ignore[assignment]
+    hydrodynamics: Annotated[
+        Hydrodynamics | Path | ChangedDatabase | Family | Coefficients | None,
+        ReadAs(StrictStr, lambda value: not isinstance(value, str), Path),
+    ] = None
+    hydrostatics: SkipValidation[Hull | None] = None
+    centre_of_gravity: of.Point = (0.0, 0.0, 0.0)
     weight: Weight = Weight.BALANCED
-    tanks: tuple[Tank, ...] = ()
-    pumps: tuple[Pump, ...] = ()
-    constant_inertia: bool = False
-    draught: float | None = None
+    tanks: SkipValidation[tuple[Tank, ...]] = ()
+    pumps: SkipValidation[tuple[Pump, ...]] = ()
+    position: of.Offsets = (0.0,) * 6
+    """Offsets from the position at rest at the start."""
+    velocity: of.Velocities = (0.0,) * 6
+    """Rates of these offsets at the start."""
+
+    @model_validator(mode="after")
+    def _build_properties(self) -> Self:
+        if self.lightship is not None:
+            raise problem("lightship", "mass and inertia with what is in the tanks")
+        inertia = inertia_matrix(self)
+        vars(self).update(inertia=inertia, radii_of_gyration=None, mass_matrix=None)
+        if self.initial != Initial():
+            start = vars(self.initial)
+            vars(self).update({k: start[k] for k in ("position", "velocity")}, initial=Initial())
+        return self

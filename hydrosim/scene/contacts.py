@@ -15,6 +15,7 @@ import pydantic
 
 from hydrosim.dofs import MIRROR_SIGN, mirrored_vector
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import exactly_one, same_length
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.schema_class import ArrayOf, ReadAs, SchemaClass, schema_class
@@ -186,12 +187,6 @@ Law = StickSlip | FrictionSlope | Coulomb | Frictionless
 # Normal forces.
 
 
-def check_lengths(compression: Sequence[float] | None, force: Sequence[float] | None) -> None:
-    """Refuses a table that has not a force for each compression."""
-    if compression and force:
-        of.require_value_for_each("compression", compression, "force", force)
-
-
 @dataclass(frozen=True)
 class PrescribedNormal:
     """Normal force of each contact point: ``force`` [N] over time. Contact lasts while it is
@@ -227,6 +222,8 @@ class NormalLoop:
 class Unloading(SchemaModel):
     """The way back along a normal curve, and the stiff line between."""
 
+    key_rules = (same_length("compression", "force"),)
+
     compression: of.Compressions
     """Compressions from 0 that rise, on the way back."""
     force: of.NormalForces
@@ -234,14 +231,14 @@ class Unloading(SchemaModel):
     stiffness: of.Stiffness
     """Stiffness of the line between the way there and the way back."""
 
-    @pydantic.model_validator(mode="after")
-    def _check_table(self) -> Self:
-        check_lengths(self.compression, self.force)
-        return self
-
 
 class Normal(SchemaModel):
     """Normal force of a contact; ``total`` values are shared by the points."""
+
+    key_rules = (
+        exactly_one("stiffness", ("compression", "force"), "prescribed", nothing="no curve"),
+        same_length("compression", "force"),
+    )
 
     stiffness: of.Stiffness | None = None
     """Force per compression of a linear contact."""
@@ -260,10 +257,6 @@ class Normal(SchemaModel):
 
     @pydantic.model_validator(mode="after")
     def _check_curve(self) -> Self:
-        given = self.keys_with_value("stiffness", "compression", "force", "prescribed")
-        if given not in (["stiffness"], ["compression", "force"], ["prescribed"]):
-            expected = "stiffness, or compression and force, or prescribed"
-            raise problem(" and ".join(given) or "no curve", expected)
         if self.prescribed and self.damping:
             raise problem("prescribed and damping", "one of them")
         if self.unloading and (self.prescribed or self.damping):
@@ -271,7 +264,6 @@ class Normal(SchemaModel):
             raise problem(found_text, "one of them", "the loop takes energy, and needs a curve")
         if self.force and not self.force[-1]:
             raise problem("no force at any compression", "one that rises")
-        check_lengths(self.compression, self.force)
         return self
 
     def build_for(self, contact: Contact, where: BuildContext) -> NormalForce:
@@ -444,6 +436,11 @@ class Seats(SchemaClass):
 class Wall(SchemaClass):
     """The wall around each seat: a cylinder, or a cone of an ``angle`` to its axis."""
 
+    key_rules = (
+        exactly_one("stiffness", ("compression", "force"), nothing="no curve"),
+        same_length("compression", "force"),
+    )
+
     gap: of.LineLength
     """Play between point and wall."""
     stiffness: of.Stiffness | None = None
@@ -459,13 +456,9 @@ class Wall(SchemaClass):
 
     @pydantic.model_validator(mode="after")
     def _check_wall(self) -> Self:
-        given = self.keys_with_value("stiffness", "compression", "force")
-        if given not in (["stiffness"], ["compression", "force"]):
-            raise problem(" and ".join(given) or "no curve", "stiffness, or compression and force")
         if not 0.0 <= self.angle < 0.5 * np.pi:
             found_text = f"an angle of {np.degrees(self.angle):g} deg"
             raise problem(found_text, "0 (a cylinder) to less than 90 deg")
-        check_lengths(self.compression, self.force)
         return self
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import StrictBool, StrictStr, model_validator
 
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import exactly_one
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
@@ -23,6 +24,8 @@ ROLL_DOF = 3
 @schema_class
 class LinearDamping(ForceElement):
     """Damping in the body's axes: per DOF, a full 6 x 6 matrix, or of critical."""
+
+    key_rules = (exactly_one("damping", "damping_ratio"),)
 
     example: ClassVar[dict[str, Any]] = {
         "type": "linear_damping",
@@ -38,13 +41,6 @@ class LinearDamping(ForceElement):
     """Part of critical damping, per degree of freedom."""
     relative_to_current: StrictBool = False
     """Whether damping is of the velocity relative to the current."""
-
-    @model_validator(mode="after")
-    def _check_damping(self) -> Self:
-        given = self.keys_with_value("damping", "damping_ratio")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "none", "either damping or damping_ratio")
-        return self
 
     def can_carry_weight(self) -> bool:
         return False

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import ClassVar
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import SkipValidation
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    SkipValidation,
+    Tag,
+    model_validator,
+)
 
 from hydrosim.files import quantities as of
-from hydrosim.files.schema_class import SchemaClass, schema_class
+from hydrosim.files.key_rules import same_length
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.units import Quantity, problem
 
 # Seas: spectra, regular waves, components and recorded elevations.
 
@@ -162,41 +173,122 @@ class WaveTrain:
     spreading: float | None = None
 
 
-@dataclass(frozen=True)
-class Stream:
-    """Current or wind: ``speed`` [m/s] and ``heading`` [rad], the direction of flow,
-    counter-clockwise from +x. It is steady and uniform without a profile or gusts."""
-
-    speed: float = 0.0
-    heading: float = 0.0
+def check_band(low: float, high: float) -> None:
+    """Raises a problem for a band of frequencies [rad/s] whose lowest is not below the highest."""
+    if low >= high:
+        raise problem(f"a band from {low:g} to {high:g} rad/s", "lowest below highest")
 
 
-@dataclass(frozen=True)
-class CurrentProfile:
-    """Current over the ``depth`` (n,) [m] below the still water, which rises from 0: the speed is
-    ``factor`` (n,) times that of the stream, the heading is turned by ``turn`` (n,) [rad]. The
-    components of the velocity are linear between the depths, and constant below the last."""
-
-    depth: tuple[float, ...]
-    factor: tuple[float, ...]
-    turn: tuple[float, ...]
+# Current and wind.
 
 
-class WindLaw(StrEnum):
-    """Law of the mean wind over the height."""
+@schema_class
+class Stream(SchemaClass):
+    """Current or wind, which is steady and uniform."""
 
-    NPD = "npd"
-    POWER = "power"
+    has_valid_defaults: ClassVar[bool] = True
+
+    speed: of.FlowSpeed = 0.0
+    """Speed of the stream."""
+    heading: of.Angle = 0.0
+    """Direction that the stream goes to, counter-clockwise from the x axis of the earth."""
+
+    @property
+    def top_speed(self) -> float:
+        """Its largest speed [m/s]."""
+        return self.speed
+
+    @property
+    def direction(self) -> float:
+        """Where it goes to at the surface [rad]."""
+        return self.heading
 
 
-@dataclass(frozen=True)
-class WindProfile:
-    """Mean wind over the height by a ``law``. ``height`` [m] above the still water is where the
-    stream has its speed. ``exponent`` is that of the power law."""
+@schema_class
+class CurrentTable(SchemaClass):
+    """Current at some depths. The components of its velocity are linear between them, and constant
+    below the last."""
 
-    law: WindLaw
-    height: float = 10.0
-    exponent: float = 0.11
+    key_rules = (same_length("depth", "speed", "heading", each="depth"),)
+
+    depth: Annotated[tuple[of.Length, ...], AfterValidator(of.require_start_at_zero), of.RISING]
+    """Depths below the still water, which rise from 0. Example: [0 m, 50 m, 100 m]."""
+    speed: Annotated[tuple[of.FlowSpeed, ...], AfterValidator(of.require_entries)]
+    """Speed at each depth. Example: [1 m/s, 0.6 m/s, 0.3 m/s]."""
+    heading: tuple[of.Angle, ...] | None = None
+    """Direction that the current goes to at each depth, in place of the heading of the current.
+    Example: [0 deg, 20 deg, 40 deg]."""
+
+
+@schema_class
+class CurrentPower(SchemaClass):
+    """Power law of the height above the sea bed."""
+
+    exponent: of.ProfileExponent
+    """Exponent of the power law, such as 1/7 of tidal currents. Example: 0.143."""
+    depth: Annotated[float, Quantity("depth", "m", "100 m", above=0)] | None = None
+    """Depth at which the current ends. Without it, that of the water."""
+
+
+def _form_of_current(value: object) -> str:
+    power = isinstance(value, CurrentPower) or (isinstance(value, dict) and "exponent" in value)
+    return "power law" if power else "table"
+
+
+@schema_class
+class Current(Stream):
+    """Steady current, and where it goes to."""
+
+    __pydantic_config__: ClassVar = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": ["speed"]}, {"required": ["profile"]}]}
+    )
+    has_valid_defaults: ClassVar[bool] = False
+    speed: of.FlowSpeed | None = None  # type: ignore[assignment]
+    """Speed of the current; with a power law that at the surface."""
+    heading: of.Angle = 0.0
+    """Direction that the current goes to, counter-clockwise from the x axis of the earth."""
+    profile: (
+        Annotated[
+            Annotated[CurrentTable, Tag("table")] | Annotated[CurrentPower, Tag("power law")],
+            Discriminator(_form_of_current),
+        ]
+        | None
+    ) = None
+    """Current over the depth: a table or a power law. Without it the current is uniform."""
+
+    @model_validator(mode="after")
+    def _check_profile(self) -> Self:
+        if (self.table is None) == (self.speed is None):
+            found_text = "no speed" if self.table is None else "a speed and a table of speeds"
+            raise problem(found_text, "speed, or those in the table of profile")
+        if self.table is not None and self.table.heading and self.heading != 0.0:
+            raise problem("a heading and a table of headings", "one of them")
+        return self
+
+    @property
+    def table(self) -> CurrentTable | None:
+        """Its table over the depth, if it has one."""
+        return self.profile if isinstance(self.profile, CurrentTable) else None
+
+    @property
+    def top_speed(self) -> float:
+        return max(self.table.speed) if self.table else self.speed or 0.0
+
+    @property
+    def direction(self) -> float:
+        return self.table.heading[0] if self.table and self.table.heading else self.heading
+
+
+@schema_class
+class WindPower(SchemaClass):
+    """Power law of the height above the water."""
+
+    exponent: of.ProfileExponent
+    """Exponent of the power law over the height. Example: 0.11."""
+
+
+def _form_of_wind(value: object) -> str:
+    return "power law" if isinstance(value, dict | WindPower) else "name"
 
 
 class GustSpectrum(StrEnum):
@@ -207,24 +299,74 @@ class GustSpectrum(StrEnum):
     OCHI_SHIN = "ochi_shin"
 
 
-@dataclass(frozen=True)
-class Gusts:
-    """Gusts along the mean wind: their ``spectrum`` between the ``lowest`` and the ``highest``
-    frequency [rad/s].
+GustName = Literal["npd", "iso", "api", "ochi_shin"]
 
-    ``averaging`` [s] is the time over which the speed of the wind is a mean. ``ramp`` [s],
-    ``repeat_period`` [s], ``amplitudes`` and ``seed`` are as in a `WaveTrain`; the phases are
-    independent of those of waves with the same seed.
-    """
 
-    spectrum: GustSpectrum = GustSpectrum.NPD
-    seed: int = 1
-    lowest: float = 2.0 * np.pi / 600.0
-    highest: float = np.pi
-    averaging: float = 3600.0
-    ramp: float = 0.0
-    repeat_period: float = 10800.0
+def _gust_spectrum(name: str) -> GustSpectrum:
+    return GustSpectrum("npd" if name == "iso" else name)
+
+
+@schema_class
+class Gusts(SchemaClass):
+    """Gusts along the mean wind, drawn from a spectrum. Their phases are independent of those of
+    waves with the same seed."""
+
+    spectrum: Annotated[GustSpectrum, ReadAs(GustName, GustSpectrum, _gust_spectrum)]
+    """Spectrum of the gusts. NPD and ISO 19901-1 are the same."""
+    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    """Number that the random phases are drawn with. Example: 7."""
+    lowest_frequency: of.Frequency = 2.0 * np.pi / 600.0
+    """Lowest frequency of the gusts. The default is 1/600 Hz."""
+    highest_frequency: of.Frequency = np.pi
+    """Highest frequency of the gusts. The default is 0.5 Hz."""
+    averaging: of.Period = 3600.0
+    """Time over which the speed of the wind is a mean: one hour or less. Example: 10 min."""
+    ramp: of.Span = 0.0
+    """Time over which the gusts grow from zero."""
+    repeat_period: of.Period = 10800.0
+    """Time after which the gusts repeat. A run must not be longer."""
     amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
+    """Whether the amplitudes of components follow from the spectrum, or are Rayleigh distributed
+    about it."""
+
+    @model_validator(mode="after")
+    def _check_values(self) -> Self:
+        check_band(self.lowest_frequency, self.highest_frequency)
+        if not 1.0 <= self.averaging <= 3600.0:
+            found_text = f"an averaging time of {self.averaging:g} s"
+            raise problem(found_text, "1 s to 1 hour, for which there is a formula")
+        return self
+
+
+@schema_class
+class Wind(Stream):
+    """Wind, and where it goes to."""
+
+    has_valid_defaults: ClassVar[bool] = False
+
+    speed: of.FlowSpeed = field()
+    """Mean speed of the wind: of one hour if there are gusts, unless they say otherwise."""
+    heading: of.Angle = 0.0
+    """Direction that the wind goes to, counter-clockwise from the x axis of the earth."""
+    height: Annotated[float, Quantity("height", "m", "10 m", at_least=1)] = 10.0
+    """Height above the water at which the wind has this speed."""
+    profile: Annotated[
+        Annotated[Literal["npd", "none"], Tag("name")] | Annotated[WindPower, Tag("power law")],
+        Discriminator(_form_of_wind),
+    ] = "none"
+    """Wind over the height: npd, none, or a power law. Without a profile the wind is the same at
+    all heights."""
+    gusts: Gusts | None = None
+    """Gusts about the mean. Without them the wind is steady."""
+
+    @model_validator(mode="after")
+    def _check_wind(self) -> Self:
+        if self.profile == "none" and self.height != 10.0:
+            found_text = f"a height of {self.height:g} m and no profile"
+            raise problem(found_text, "a profile, which says how the wind changes over the height")
+        if self.gusts is not None and self.speed == 0.0:
+            raise problem("gusts and a speed of 0", "a mean wind that they are about")
+        return self
 
 
 @schema_class
@@ -241,20 +383,26 @@ class WaterProperties(SchemaClass):
     """Acceleration of gravity."""
 
 
+def _take_stream(cls: type[Stream]) -> BeforeValidator:
+    """Annotation: a plain `Stream` is one of ``cls`` too."""
+    return BeforeValidator(lambda x: cls.build_from(x) if type(x) is Stream else x)
+
+
 @schema_class
 class Environment(WaterProperties):
     """Water and the waves on it. ``current`` and ``wind`` act through force elements alone and do
-    not change the waves. Each may have a profile, and the wind may have ``gusts``. In Python there
-    may be no gravity."""
+    not change the waves. In Python there may be no gravity."""
 
     water_depth: SkipValidation[float] = np.inf
     gravity: of.GravityOrNone = 9.81
     waves: SkipValidation[tuple[WaveTrain, ...]] = ()
-    current: SkipValidation[Stream] = Stream()
-    wind: SkipValidation[Stream] = Stream()
-    current_profile: SkipValidation[CurrentProfile | None] = None
-    wind_profile: SkipValidation[WindProfile | None] = None
-    gusts: SkipValidation[Gusts | None] = None
+    current: Annotated[Current, _take_stream(Current)] = Current.build_from(Stream())
+    wind: Annotated[Wind, _take_stream(Wind)] = Wind.build_from(Stream())
+
+    @property
+    def gusts(self) -> Gusts | None:
+        """The gusts of the wind."""
+        return self.wind.gusts
 
     @property
     def seeds(self) -> list[int]:
@@ -267,7 +415,7 @@ class Environment(WaterProperties):
         other."""
         waves = tuple(replace(train, seed=seed) for train in self.waves)
         gusts = None if self.gusts is None else replace(self.gusts, seed=seed)
-        return replace(self, waves=waves, gusts=gusts)
+        return replace(self, waves=waves, wind=Wind.build_from(self.wind, gusts=gusts))
 
     def without_waves(self) -> Environment:
         """The same in calm water; two environments that differ in waves and seeds alone are then

@@ -20,6 +20,7 @@ from pydantic import (
 
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import at_least_one, exactly_one
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.schema_class import ReadAs, SchemaClass, input_error, schema_class
@@ -33,19 +34,14 @@ from hydrosim.scene.signal import RecordedColumns
 class LevelReached(SchemaClass):
     """When the level of a tank is above or below a height."""
 
+    key_rules = (exactly_one("above", "below", nothing="neither", expected="one of above, below"),)
+
     tank: StrictStr
     """Name of a tank of the body. Example: fore_sb."""
     above: of.Level | None = None
     """The event happens when the level is above this."""
     below: of.Level | None = None
     """The event happens when the level is below this."""
-
-    @model_validator(mode="after")
-    def _check_side(self) -> Self:
-        given = self.keys_with_value("above", "below")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "neither", "one of above, below")
-        return self
 
     @property
     def level(self) -> float:
@@ -105,6 +101,8 @@ OTHER_CHANNELS = ("position", "velocity", "speed", "relative_speed", "tank_level
 class Event(SchemaModel):
     """That a channel of the run has been above or below a value for so long."""
 
+    key_rules = (exactly_one("above", "below", nothing="no value"),)
+
     channel: StrictStr
     """Channel of the run that is watched. Example: speed.barge."""
     above: Annotated[Scale, AnyQuantity("value", "0.1 m/s")] | None = None
@@ -116,9 +114,6 @@ class Event(SchemaModel):
 
     @model_validator(mode="after")
     def _check_value(self) -> Self:
-        given = self.keys_with_value("above", "below")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "no value", "either above or below")
         kinds = (*OTHER_CHANNELS, *CHANNEL_UNITS)
         if self.channel.partition(".")[0] not in kinds:
             expected = f"one that begins with {', '.join(kinds)}"
@@ -196,6 +191,10 @@ Moment = Annotated[
 class Active(SchemaClass):
     """The time in which an element acts; each end is a time or an event. Neither occurs twice."""
 
+    key_rules = (
+        at_least_one("start", "until", nothing="an empty mapping", expected="from, until, or both"),
+    )
+
     start: Annotated[When | None, ReadAs(Moment | None, When), Field(alias="from")] = None
     """Time or event from which the element acts."""
     until: Annotated[When | None, ReadAs(Moment | None, When)] = None
@@ -203,8 +202,6 @@ class Active(SchemaClass):
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
-        if not self.keys_with_value("start", "until"):
-            raise problem("an empty mapping", "from, until, or both")
         begin, end = (_moment_time(moment) for moment in (self.start, self.until))
         if begin is not None and end is not None and begin >= end:
             raise problem(f"from {begin:g} s until {end:g} s", "an end after the start")
@@ -364,17 +361,12 @@ class ForceElement(SchemaClass):
 class Break(SchemaModel):
     """The tension or the time at which a line parts."""
 
+    key_rules = (exactly_one("tension", "time", nothing="an empty mapping"),)
+
     tension: of.ReferenceForce | None = None
     """Tension at which the line parts."""
     time: of.Instant | None = None
     """Time at which the line parts."""
-
-    @model_validator(mode="after")
-    def _check_one(self) -> Self:
-        given = self.keys_with_value("tension", "time")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "an empty mapping", "either tension or time")
-        return self
 
 
 def _break_form(value: object) -> str:

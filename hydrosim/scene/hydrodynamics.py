@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Protocol, Self
+from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, get_args
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import BeforeValidator, ConfigDict, Discriminator, model_validator
 
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import at_least_one
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
 
@@ -95,8 +96,37 @@ class ConstantRadiation(SchemaClass):
     """Wave period whose added mass and damping are used."""
 
 
+@schema_class
+class NoRadiation(SchemaClass):
+    """No radiation; the other keys may stay, so that one word turns it off."""
+
+    __pydantic_config__: ClassVar = ConfigDict(extra="ignore")
+
+    model: Literal["none"] = field(default="none", kw_only=True)
+    """No radiation forces."""
+
+
 Radiation = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
 
+
+def _require_model(value: Any) -> Any:
+    return {"model": value} if isinstance(value, str) else value
+
+
+_FORM = Annotated[Radiation | NoRadiation, Discriminator("model")]
+BODY_RADIATION = ReadAs(
+    Annotated[
+        _FORM,
+        BeforeValidator(
+            _require_model,
+            json_schema_input_type=_FORM
+            | Literal["automatic", "state_space", "convolution", "none"],
+        ),
+    ],
+    (RadiationModel, *get_args(Radiation)),
+    lambda _: RadiationModel.NONE,
+)
+"""Annotation of the radiation of a body: a name, or a mapping with a model and its settings."""
 
 BY_NAME: Mapping[RadiationModel, Radiation | None] = {
     RadiationModel.AUTOMATIC: AutomaticRadiation(),
@@ -219,18 +249,22 @@ class Coefficients(SchemaClass):
     """Numbers instead of a database: constant, about the centre of gravity, and without wave
     loads."""
 
+    key_rules = (
+        at_least_one(
+            "added_mass",
+            "damping",
+            "stiffness",
+            nothing="none of them",
+            expected="a file, or some of added_mass, damping, stiffness",
+        ),
+    )
+
     added_mass: AddedMassMatrix = None  # type: ignore[assignment]
     """Constant added mass: per degree of freedom, or a 6 x 6 matrix."""
     damping: DampingMatrix = None  # type: ignore[assignment]
     """Constant damping: per degree of freedom, or a 6 x 6 matrix."""
     stiffness: StiffnessMatrix = None  # type: ignore[assignment]
     """Hydrostatic stiffness: per degree of freedom, or a 6 x 6 matrix."""
-
-    @model_validator(mode="after")
-    def _check_some(self) -> Self:
-        if not self.keys_with_value("added_mass", "damping", "stiffness"):
-            raise problem("none of them", "a file, or some of added_mass, damping, stiffness")
-        return self
 
 
 @dataclass(frozen=True, eq=False)

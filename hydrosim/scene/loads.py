@@ -12,6 +12,7 @@ from pydantic import model_validator
 
 from hydrosim.dofs import DOFS, LATERAL, mirrored_vector
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import at_least_one, same_length
 from hydrosim.files.messages import Keys
 from hydrosim.files.schema_class import ReadAs, schema_class
 from hydrosim.files.units import Quantity, problem
@@ -119,6 +120,17 @@ class StreamLoad(ForceElement):
     """Load by coefficients over the heading of a stream: all round, or from 0 to 180 deg for a body
     that is its own mirror image. A scene that is built from a file has them all round."""
 
+    key_rules = (
+        at_least_one(
+            "surge",
+            "sway",
+            "yaw",
+            nothing="no coefficients",
+            expected="those of one or more of surge, sway, yaw",
+        ),
+        same_length("headings", "surge", "sway", "yaw", each="heading"),
+    )
+
     supplies: ClassVar[bool] = True
     positional: ClassVar[tuple[str, ...]] = ("body", "point", "headings", "surge", "sway", "yaw")
 
@@ -135,25 +147,13 @@ class StreamLoad(ForceElement):
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
-        given = self.keys_with_value("surge", "sway", "yaw")
-        if not given:
-            raise problem("no coefficients", "those of one or more of surge, sway, yaw")
-        for dof in given:
-            if len(getattr(self, dof)) != len(self.headings):
-                found_text = f"{len(getattr(self, dof))} values in {dof} and {len(self.headings)}"
-                raise problem(f"{found_text} in headings", "a value for each heading")
-        self._check_ends()
-        return self
-
-    def _check_ends(self) -> None:
-        if not self.is_half:
-            return
-        for dof in self.keys_with_value("sway", "yaw"):
+        for dof in self.keys_with_value("sway", "yaw") if self.is_half else ():
             first, *_, last = getattr(self, dof)
             if first or last:
                 found_text = f"{first:g} at 0 and {last:g} at 180 deg in {dof}"
                 expected = "0 at both, as for a body that is its own mirror image"
                 raise problem(found_text, expected, "give the headings of the whole circle")
+        return self
 
     @property
     def is_half(self) -> bool:

@@ -11,6 +11,7 @@ from pydantic import StrictStr, model_validator
 
 from hydrosim.dofs import DOFS, MIRROR_SIGN, mirrored_vector
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import at_least_one
 from hydrosim.files.messages import Keys
 from hydrosim.files.schema_class import ReadAs, schema_class
 from hydrosim.files.units import problem
@@ -35,6 +36,8 @@ Periods = Annotated[
 class LinearMooring(ForceElement):
     """Spring and damper at a body's centre of gravity: per DOF, or full 6 x 6 matrices; the
     stiffness may be what gives a DOF a natural period."""
+
+    key_rules = (at_least_one("stiffness", "natural_period", nothing="no stiffness"),)
 
     example: ClassVar[dict[str, Any]] = {
         "type": "linear_mooring",
@@ -61,8 +64,6 @@ class LinearMooring(ForceElement):
 
     @model_validator(mode="after")
     def _check_stiffness(self) -> Self:
-        if not self.keys_with_value("stiffness", "natural_period"):
-            raise problem("no stiffness", "stiffness, natural_period, or both")
         diagonal = np.diag(self.stiffness)
         twice = [dof for dof, k, t in zip(DOFS, diagonal, self.periods, strict=True) if k and t]
         if twice:
@@ -111,6 +112,8 @@ class LinearMooring(ForceElement):
 class Bushing(ForceElement):
     """A spring and damper in all six directions, between a body and another one or the earth."""
 
+    key_rules = (at_least_one("stiffness", "damping", nothing="nothing that acts"),)
+
     example: ClassVar[dict[str, Any]] = {
         "type": "bushing",
         "body": "barge",
@@ -133,12 +136,6 @@ class Bushing(ForceElement):
     with the other side."""
     damping: DampingMatrix = None  # type: ignore[assignment]
     """Damping: per direction, or a 6 x 6 matrix, along the same axes."""
-
-    @model_validator(mode="after")
-    def _check_law(self) -> Self:
-        if not self.keys_with_value("stiffness", "damping"):
-            raise problem("nothing that acts", "stiffness, damping, or both")
-        return self
 
     def can_carry_weight(self) -> bool:
         return bool(np.any(self.stiffness[:3, :3]))

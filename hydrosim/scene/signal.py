@@ -8,13 +8,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Generic, Self
+from typing import Annotated, Any, Generic
 
 import numpy as np
 import pydantic
 
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import value_for_each_time
 from hydrosim.files.quantities import SchemaModel, T
 from hydrosim.files.series import Series, read_series
 from hydrosim.files.text import Source, require_usual
@@ -111,15 +112,12 @@ def smallest_value(signal: Signal) -> float:
 class TableOverTime(SchemaModel, Generic[T]):
     """Straight lines between the forces at some times, constant outside."""
 
+    key_rules = (value_for_each_time("force"),)
+
     time: of.Times
     """Times that rise."""
     force: Annotated[tuple[T, ...], pydantic.AfterValidator(of.require_entries)]
     """Force at each time, with straight lines between."""
-
-    @pydantic.model_validator(mode="after")
-    def _check_table(self) -> Self:
-        of.require_value_for_each_time(self.time, "force", self.force)
-        return self
 
 
 class RecordedColumns(SchemaModel):
@@ -264,15 +262,12 @@ def _unit_factor(form: RecordedColumns, series: Series, source: Source, unit: st
 class LengthTable(SchemaModel):
     """Straight lines between the lengths at some times, constant outside."""
 
+    key_rules = (value_for_each_time("length"),)
+
     time: of.Times
     """Times that rise."""
     length: Annotated[tuple[of.LineLength, ...], pydantic.AfterValidator(of.require_entries)]
     """Length at each time, with straight lines between."""
-
-    @pydantic.model_validator(mode="after")
-    def _check_table(self) -> Self:
-        of.require_value_for_each_time(self.time, "length", self.length)
-        return self
 
 
 def _length_form(value: object) -> str:

@@ -11,7 +11,7 @@ Limits: the table does not change with time, with waves or with place.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from math import cos, sin
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
-from hydrosim.scene import Body, CurrentProfile, Environment, Scene, Stream
+from hydrosim.scene import Body, CurrentPower, Environment, Scene
 
 PROFILE_PARTS = 100  # of the table of a power law
 
@@ -31,22 +31,29 @@ class TabulatedCurrent(NamedTuple):
     velocity: np.ndarray
 
 
-def velocity_of(stream: Stream) -> tuple[float, float]:
+def velocity_along(speed: float, heading: float) -> tuple[float, float]:
     """Velocity [m/s] of a stream in the earth's x and y."""
-    return stream.speed * cos(stream.heading), stream.speed * sin(stream.heading)
+    return speed * cos(heading), speed * sin(heading)
 
 
 def current_table(environment: Environment) -> TabulatedCurrent:
     """The current of an environment over the depth."""
     current = environment.current
-    profile = environment.current_profile
-    if profile is None:
-        return TabulatedCurrent(np.zeros(1), np.array([velocity_of(current)]))
-    rows = [
-        velocity_of(Stream(current.speed * factor, current.heading + turn))
-        for factor, turn in zip(profile.factor, profile.turn, strict=True)
-    ]
-    return TabulatedCurrent(np.array(profile.depth, dtype=float), np.array(rows))
+    speed, heading = current.top_speed, current.direction
+    table = current.table
+    depths: Sequence[float] = (0.0,)
+    factors: Sequence[float] = (1.0,)
+    turns: Sequence[float] = (0.0,)
+    if table is not None:
+        depths = table.depth
+        factors = [x / speed if speed else 1.0 for x in table.speed]
+        turns = [x - heading for x in table.heading or [heading] * len(depths)]
+    elif isinstance(current.profile, CurrentPower):
+        depth = current.profile.depth or environment.water_depth
+        depths, factors = power_profile(current.profile.exponent, depth)
+        turns = [0.0] * len(depths)
+    rows = [velocity_along(speed * f, heading + t) for f, t in zip(factors, turns, strict=True)]
+    return TabulatedCurrent(np.array(depths, dtype=float), np.array(rows))
 
 
 def is_sheared(table: TabulatedCurrent) -> bool:
@@ -89,23 +96,22 @@ def current_on_hull(
     return mean_current(table, 0.0, draught)
 
 
-def power_profile(exponent: float, depth: float, key: str = "current") -> CurrentProfile:
-    """Profile ((D - d) / D)^a over the depth d with an ``exponent`` a and a ``depth`` D [m]
-    (DNV-RP-C205, 4.1.4). Raises InputError, which names the ``key``, if the depth is infinite.
+def power_profile(exponent: float, depth: float) -> tuple[list[float], list[float]]:
+    """Depths d [m] and factors ((D - d) / D)^a of the speed, with an ``exponent`` a and a ``depth``
+    D [m] (DNV-RP-C205, 4.1.4). Raises InputError if the depth is infinite.
 
     The depths of the table are closer near D, where the law is steep. Its error is below
     0.1 % of the speed at the surface for exponents of 0.1 or more.
     """
     if not np.isfinite(depth):
         raise InputError(
-            f"{key}: found a power law in water of infinite depth; expected the depth at which the"
-            " current ends. Give depth there."
+            "environment.current.profile: found a power law in water of infinite depth; expected"
+            " the depth at which the current ends. Give depth there."
         )
     part = np.linspace(1.0, 0.0, PROFILE_PARTS + 1)
     steepness = max(2.0 / exponent, 1.0)
     above = part**steepness
-    at = tuple(float(depth * (1.0 - s)) for s in above)
-    return CurrentProfile(at, tuple(map(float, above**exponent)), (0.0,) * len(at))
+    return [float(depth * (1.0 - s)) for s in above], [float(x) for x in above**exponent]
 
 
 @kernel

@@ -130,7 +130,7 @@ def _has_steady_force(scene: Scene, body: Body) -> bool:
     loads = any(other.wave_forces.second_order != SecondOrder.NONE for other in others)
     driven = any(e.supplies for e in scene.forces.values() if e.body in joined)
     moving = any(other.velocity[i] for other in others for i in (*HORIZONTAL_DOFS, *YAW))
-    return loads or driven or moving or scene.environment.current.speed != 0.0
+    return loads or driven or moving or scene.environment.current.top_speed != 0.0
 
 
 def _is_displaced(body: Body, dofs: tuple[int, ...]) -> bool:

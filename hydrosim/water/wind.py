@@ -68,7 +68,7 @@ from hydrosim import scene
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.water.components import GUSTS, phases, rayleigh_factors
-from hydrosim.water.current import velocity_of
+from hydrosim.water.current import velocity_along
 from hydrosim.water.loads import SpectralLines, add_sum, lagrange, rise, rows_at, time_grid
 
 REFERENCE_HEIGHT = 10.0
@@ -82,23 +82,25 @@ MIN_HEIGHT = 1.0
 class MeanWind:
     """Mean wind: ``hour_mean`` [m/s] is that of one hour at 10 m, or the steady wind there."""
 
-    stream: scene.Stream
-    profile: scene.WindProfile | None
+    stream: scene.Wind
     hour_mean: float
 
     def height_felt(self, height: float) -> float:
         """Height [m] whose wind acts at a ``height``: 10 m if there is no profile."""
-        return REFERENCE_HEIGHT if self.profile is None else height
+        return height if self.has_profile else REFERENCE_HEIGHT
 
     def speed_at(self, height: float) -> float:
         """Mean speed [m/s] at a ``height`` [m] above the still water."""
-        if self.profile is None:
-            return self.hour_mean
-        return self.hour_mean * _profile_factor(self.profile, self.hour_mean, height)
+        return self.hour_mean * _profile_factor(self.stream, self.hour_mean, height)
 
     def velocity_at(self, height: float) -> tuple[float, float]:
         """Mean velocity [m/s] at a ``height`` [m], in the earth's x and y."""
-        return velocity_of(scene.Stream(self.speed_at(height), self.stream.heading))
+        return velocity_along(self.speed_at(height), self.stream.heading)
+
+    @property
+    def has_profile(self) -> bool:
+        """True if it changes over the height."""
+        return self.stream.profile != "none"
 
     @property
     def direction(self) -> tuple[float, float]:
@@ -109,20 +111,20 @@ class MeanWind:
 def mean_wind(environment: scene.Environment) -> MeanWind:
     """Mean wind of an environment. The mean of one hour at 10 m is the one with the given mean at
     the given height. Raises InputError if there is no such mean."""
-    stream, profile, gusts = environment.wind, environment.wind_profile, environment.gusts
-    averaging = HOUR_S if gusts is None else gusts.averaging
-    height = REFERENCE_HEIGHT if profile is None else profile.height
-    if stream.speed == 0.0 or (height == REFERENCE_HEIGHT and averaging == HOUR_S):
-        return MeanWind(stream, profile, stream.speed)
+    wind = environment.wind
+    averaging = HOUR_S if wind.gusts is None else wind.gusts.averaging
+    height = wind.height
+    if wind.speed == 0.0 or (height == REFERENCE_HEIGHT and averaging == HOUR_S):
+        return MeanWind(wind, wind.speed)
 
     def speed(hour_mean: float) -> float:
         return (
             hour_mean
-            * (1.0 if profile is None else _profile_factor(profile, hour_mean, height))
+            * _profile_factor(wind, hour_mean, height)
             * gust_factor(hour_mean, height, averaging)
         )
 
-    return MeanWind(stream, profile, _solve_hour_mean(speed, stream.speed))
+    return MeanWind(wind, _solve_hour_mean(speed, wind.speed))
 
 
 def _solve_hour_mean(speed: Callable[[float], float], wanted: float) -> float:
@@ -138,10 +140,12 @@ def _solve_hour_mean(speed: Callable[[float], float], wanted: float) -> float:
     return float(brentq(lambda U0: speed(U0) - wanted, 0.0, highest, xtol=1e-13, rtol=1e-14))
 
 
-def _profile_factor(profile: scene.WindProfile, hour_mean: float, height: float) -> float:
+def _profile_factor(wind: scene.Wind, hour_mean: float, height: float) -> float:
     """U(z) / U0."""
-    if profile.law == scene.WindLaw.POWER:
-        return float((height / REFERENCE_HEIGHT) ** profile.exponent)
+    if wind.profile == "none":
+        return 1.0
+    if isinstance(wind.profile, scene.WindPower):
+        return float((height / REFERENCE_HEIGHT) ** wind.profile.exponent)
     C = 0.0573 * sqrt(1.0 + 0.15 * hour_mean)
     return 1.0 + C * log(height / REFERENCE_HEIGHT)
 
@@ -269,7 +273,7 @@ def gust_components(
 
 def gust_band(gusts: scene.Gusts) -> tuple[float, float]:
     """Lowest and highest frequency [Hz]."""
-    return gusts.lowest / (2.0 * np.pi), gusts.highest / (2.0 * np.pi)
+    return gusts.lowest_frequency / (2.0 * np.pi), gusts.highest_frequency / (2.0 * np.pi)
 
 
 def _gust_power(

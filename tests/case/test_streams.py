@@ -10,7 +10,8 @@ from text_tables import rows
 import hydrosim as hs
 from hydrosim.elements import CurrentLoad, LinearDamping, QuadraticDamping, WindLoad
 from hydrosim.errors import InputError
-from hydrosim.scene import CurrentProfile, GustSpectrum, WindLaw, WindProfile
+from hydrosim.scene import CurrentTable, GustSpectrum, WindPower
+from hydrosim.water.current import current_table
 
 CASE = """
 title: streams
@@ -29,8 +30,8 @@ def with_keys(keys: str) -> str:
 
 def test_streams_and_damping(load: Callable) -> None:
     scene = load(with_keys("type: linear_damping\ndamping_ratio: {roll: 5 %}")).scene()
-    assert scene.environment.current == hs.Stream(2 * 1852 / 3600, np.pi)
-    assert scene.environment.wind == hs.Stream(20.0)
+    assert scene.environment.current == hs.Current(2 * 1852 / 3600, np.pi)
+    assert scene.environment.wind == hs.Wind(20.0)
     element = scene.forces["element"]
     assert isinstance(element, LinearDamping)
     assert_allclose(element.damping_ratio, [0, 0, 0, 0.05, 0, 0])
@@ -109,14 +110,14 @@ def test_gusts_and_profile_of_the_wind(load: Callable) -> None:
     keys = f"{wind} lowest_frequency: 0.01 Hz, averaging: 10 min, repeat_period: 1 hour}}}}"
     case = load(with_keys(LOADS).replace(WIND, keys))
     water = case.scene().environment
-    assert water.wind_profile == WindProfile(WindLaw.NPD, 30.0)
+    assert (water.wind.profile, water.wind.height) == ("npd", 30.0)
     assert water.gusts == hs.Gusts(
         GustSpectrum.NPD, 5, 0.02 * np.pi, averaging=600.0, repeat_period=3600.0
     )
-    assert water.gusts.highest == np.pi
+    assert water.gusts.highest_frequency == np.pi
     assert case.scene().forces["element"].height == 12.0
     power = with_keys(LOADS).replace(WIND, "wind: {speed: 9, profile: {exponent: 0.12}}")
-    assert load(power).scene().environment.wind_profile.exponent == 0.12
+    assert load(power).scene().environment.wind.profile == WindPower(0.12)
 
 
 @pytest.mark.parametrize("stream", ["wind", "current"])
@@ -138,14 +139,17 @@ def test_profiles_of_the_current(load: Callable) -> None:
 
     table = "depth: [0 m, 20 m], speed: [1 m/s, 2 m/s]"
     water = profile(f"heading: 90 deg, profile: {{{table}}}").scene().environment
-    assert water.current == hs.Stream(2.0, np.pi / 2)
-    assert water.current_profile == CurrentProfile((0.0, 20.0), (0.5, 1.0), (0.0, 0.0))
+    assert water.current.top_speed == 2.0
+    assert water.current.direction == np.pi / 2
+    assert water.current.profile == CurrentTable((0.0, 20.0), (1.0, 2.0))
+    assert_allclose(current_table(water).velocity, [[0.0, 1.0], [0.0, 2.0]], atol=1e-15)
     turning = f"profile: {{{table}, heading: [10 deg, 40 deg]}}"
     water = profile(turning).scene().environment
-    assert_allclose(np.degrees([water.current.heading, *water.current_profile.turn]), [10, 0, 30])
+    x, y = current_table(water).velocity.T
+    assert_allclose(np.degrees([water.current.direction, *np.arctan2(y, x)]), [10, 10, 40])
     water = profile("speed: 1 m/s, profile: {exponent: 0.143}").scene().environment
-    assert water.current_profile.depth[-1] == 80.0
-    assert water.current_profile.factor[0] == 1.0
+    assert current_table(water).depth[-1] == 80.0
+    assert current_table(water).velocity[0, 0] == 1.0
 
 
 @pytest.mark.parametrize(

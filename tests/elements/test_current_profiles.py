@@ -9,19 +9,26 @@ from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.elements import Catenary, CurrentLoad, LinearDamping, QuadraticDamping
-from hydrosim.scene import CurrentProfile, Environment, Hull, Kinematics, Scene, Stream
+from hydrosim.scene import CurrentPower, CurrentTable, Environment, Hull, Kinematics, Scene
 from hydrosim.water import current
 
-SHEARED = CurrentProfile((0.0, 10.0, 30.0), (1.0, 0.5, 0.0), (0.0, 0.0, 0.0))
-TWISTED = CurrentProfile((0.0, 10.0, 30.0), (1.0, 0.5, 0.25), (0.0, np.pi / 2, np.pi / 2))
+SHEARED = (0.0, 10.0, 30.0), (1.0, 0.5, 0.0), (0.0, 0.0, 0.0)
+TWISTED = (0.0, 10.0, 30.0), (1.0, 0.5, 0.25), (0.0, np.pi / 2, np.pi / 2)
+"""Depths, parts of the speed, and turns of the heading."""
+Profile = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
 LOAD = (HEADINGS, np.array([4e2, 0, -4e2, 0]), np.array([0, 4e2, 0, -4e2]), np.zeros(4))
 DAMPING = np.diag([300.0, 300.0, 0, 0, 0, 0])
 
 
-def sea(profile: CurrentProfile | None, speed: float = 2.0, heading: float = 0.3) -> Environment:
+def sea(profile: Profile | None, speed: float = 2.0, heading: float = 0.3) -> Environment:
     """A current with a profile."""
-    return Environment(current=Stream(speed, heading), current_profile=profile)
+    if profile is None:
+        return Environment(current=hs.Current(speed, heading))
+    depth, factor, turn = profile
+    speeds = [speed * part for part in factor]
+    table = CurrentTable(depth, speeds, [heading + angle for angle in turn])
+    return Environment(current=hs.Current(profile=table))
 
 
 def adrift(water: Environment, draught: float | None = None, **load: Any) -> Scene:
@@ -64,7 +71,8 @@ def test_means_and_values_by_hand() -> None:
 @pytest.mark.parametrize("exponent", [1.0 / 7.0, 0.5, 1.0, 2.0])
 def test_power_law(exponent: float) -> None:
     """((D - d) / D)^a, and its mean 1 / (1 + a)."""
-    table = current.current_table(sea(current.power_profile(exponent, 80.0), 1.0, 0.0))
+    law = hs.Current(1.0, profile=CurrentPower(exponent))
+    table = current.current_table(Environment(water_depth=80.0, current=law))
     depth = np.linspace(0.0, 80.0, 4001)
     error = current.current_at(table, depth)[:, 0] - (1.0 - depth / 80.0) ** exponent
     assert np.abs(error).max() < 1e-3
@@ -72,12 +80,12 @@ def test_power_law(exponent: float) -> None:
         1.0 / (1.0 + exponent), abs=5e-4
     )
     with pytest.raises(hs.InputError, match="found a power law in water of infinite depth"):
-        current.power_profile(exponent, np.inf)
+        current.current_table(Environment(current=law))
 
 
 def test_no_shear_is_the_uniform_current_to_the_bit() -> None:
     """Also without a draught."""
-    same = CurrentProfile((0.0, 3.0, 7.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    same = (0.0, 3.0, 7.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
     runs = [hs.simulate(adrift(sea(profile, 1.3))) for profile in (None, same)]
     for name in ("position", "velocity", "force_load", "force_drag"):
         assert np.array_equal(*(run[name].values for run in runs)), name

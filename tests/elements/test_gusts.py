@@ -14,7 +14,7 @@ from scipy.special import beta, betainc
 
 import hydrosim as hs
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
-from hydrosim.scene import Amplitudes, GustSpectrum, WindLaw, WindProfile
+from hydrosim.scene import Amplitudes, GustSpectrum
 from hydrosim.study.seas import Sea, scene_in_sea
 from hydrosim.study.sweep import scenes_with_seeds
 from hydrosim.water.components import GUSTS, phases
@@ -30,7 +30,6 @@ from hydrosim.water.wind import (
 )
 
 FOOT = 0.3048
-NPD = WindProfile(WindLaw.NPD)
 HEADINGS = np.radians(np.arange(0.0, 360.0, 10.0))
 C = 400.0  # N s^2/m^2
 MASS, STIFFNESS, DAMPING = 2e4, 5e3, 1e3
@@ -39,9 +38,8 @@ SPEED, HEIGHT = 20.0, 30.0
 
 def gusty(speed: float = SPEED, heading: float = 0.0, **gusts: Any) -> hs.Environment:
     """Wind with the profile and the gusts of NPD."""
-    settings = {"repeat_period": 600.0, "seed": 3, **gusts}
-    wind = hs.Stream(speed, heading)
-    return hs.Environment(wind=wind, wind_profile=NPD, gusts=hs.Gusts(**settings))
+    settings = {"spectrum": "npd", "repeat_period": 600.0, "seed": 3, **gusts}
+    return hs.Environment(wind=hs.Wind(speed, heading, profile="npd", gusts=settings))
 
 
 def round_load(height: float = HEIGHT) -> hs.WindLoad:
@@ -92,7 +90,7 @@ def gusts_by_hand(environment: hs.Environment, height: float, time: np.ndarray) 
 def test_npd_against_the_same_formulas_in_feet(speed: float, height: float) -> None:
     """API RP 2A-WSD 21st edition, 2.3.2, has them in feet, with constants of three digits."""
     U, z = speed / FOOT, height / FOOT
-    wind = mean_wind(hs.Environment(wind=hs.Stream(speed), wind_profile=NPD))
+    wind = mean_wind(hs.Environment(wind=hs.Wind(speed, profile="npd")))
     mean = U * (1.0 + 0.0573 * np.sqrt(1.0 + 0.0457 * U) * np.log(z / 32.8))
     assert wind.speed_at(height) == pytest.approx(mean * FOOT, rel=1e-3)
     intensity = 0.06 * (1.0 + 0.0131 * U) * (z / 32.8) ** -0.22
@@ -108,13 +106,13 @@ def test_npd_against_the_same_formulas_in_feet(speed: float, height: float) -> N
 
 def test_another_averaging_time_and_height_are_the_same_wind() -> None:
     """10 min at 30 m from one hour at 10 m and back; an hour at 10 m is as given to the bit."""
-    at = replace(NPD, height=30.0)
     given = npd_speed(30.0) * gust_factor(SPEED, 30.0, 600.0)
-    water = hs.Environment(wind=hs.Stream(given), wind_profile=at, gusts=hs.Gusts(averaging=600.0))
+    gusts = hs.Gusts("npd", averaging=600.0)
+    water = hs.Environment(wind=hs.Wind(given, height=30.0, profile="npd", gusts=gusts))
     assert mean_wind(water).hour_mean == pytest.approx(SPEED, rel=1e-12)
     assert mean_wind(gusty()).hour_mean == SPEED
-    power = replace(at, law=WindLaw.POWER, exponent=0.125)
-    wind = mean_wind(hs.Environment(wind=hs.Stream(12.0), wind_profile=power))
+    power = hs.Wind(12.0, height=30.0, profile={"exponent": 0.125})
+    wind = mean_wind(hs.Environment(wind=power))
     assert wind.speed_at(30.0) == pytest.approx(12.0, rel=1e-12)
     assert wind.speed_at(80.0) == pytest.approx(12.0 * (80.0 / 30.0) ** 0.125, rel=1e-12)
     uniform = mean_wind(hs.Environment(wind=hs.Stream(12.0)))
@@ -135,7 +133,7 @@ def test_variance_of_npd_gusts_against_its_closed_form(height: float) -> None:
     band = up_to(0.5) - up_to(1.0 / 600.0)
     wind = mean_wind(gusty())
     for period in (600.0, 10800.0):
-        found = gust_components(hs.Gusts(repeat_period=period), wind, [height])
+        found = gust_components(hs.Gusts("npd", repeat_period=period), wind, [height])
         assert 0.5 * np.sum(found.amplitude**2) == pytest.approx(band, rel=1e-7)
     below, within, above = variance(GustSpectrum.NPD, height, wind, 1.0 / 600.0, 0.5)
     assert within == pytest.approx(band, rel=1e-6)
@@ -195,7 +193,7 @@ def test_a_series_knows_neither_the_run_nor_the_waves() -> None:
     assert np.array_equal(short.values[:, 0], long.values[: len(short.values), 0])
     train = hs.WaveTrain(hs.RegularWave(1.0, 8.0), seed=3)
     waves = phases(train, 0, 4000)
-    gusts = phases(hs.Gusts(seed=3), GUSTS, 4000)
+    gusts = phases(hs.Gusts("npd", seed=3), GUSTS, 4000)
     assert abs(np.corrcoef(waves, gusts)[0, 1]) < 0.06
     assert not np.isin(gusts, waves).any()
     other = gust_table(gusty(seed=4), [10.0], 0.05, 300.0)
@@ -284,7 +282,7 @@ def test_linear_response_to_gusts() -> None:
     """Along the wind the load changes by 2 c U u, and damps by 2 c U."""
     found = linear_analysis(moored(gusty(repeat_period=10800.0)), LinearRequest())
     wind = mean_wind(gusty())
-    parts = gust_components(hs.Gusts(seed=3), wind, [HEIGHT])
+    parts = gust_components(hs.Gusts("npd", seed=3), wind, [HEIGHT])
     U, w = npd_speed(HEIGHT), parts.omega
     D = STIFFNESS - w**2 * MASS + 1j * w * (DAMPING + 2.0 * C * U)
     exact = np.sqrt(0.5 * np.sum(np.abs(2.0 * C * U * parts.amplitude[:, 0] / D) ** 2))

@@ -22,12 +22,9 @@ from hydrosim.dofs import DOFS, about_z
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     ConvolutionRadiation,
-    CurrentProfile,
     LinearScenes,
     RadiationModel,
     Symmetry,
-    WindLaw,
-    WindProfile,
 )
 
 random = Random(20)
@@ -242,11 +239,10 @@ def alongside() -> hs.Scene:
         },
         environment=hs.Environment(
             waves=(hs.WaveTrain(hs.RegularWave(0.4, 6.0), heading=0.5),),
-            current=hs.Stream(0.8, 1.1),
-            wind=hs.Stream(9.0, -2.0),
-            current_profile=CurrentProfile((0.0, 3.0, 9.0), (1.0, 0.7, 0.2), (0.0, 0.4, 1.0)),
-            wind_profile=WindProfile(WindLaw.NPD),
-            gusts=hs.Gusts(repeat_period=60.0),
+            current=hs.Current(
+                profile=hs.CurrentTable((0.0, 3.0, 9.0), (0.8, 0.56, 0.16), (1.1, 1.5, 2.1))
+            ),
+            wind=hs.Wind(9.0, -2.0, profile="npd", gusts=hs.Gusts("npd", repeat_period=60.0)),
         ),
         solver=replace(SOLVER, step=0.05),
     )

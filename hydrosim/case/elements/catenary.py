@@ -20,6 +20,7 @@ from hydrosim.case.lines.system import (
     stiffness_and_curves,
 )
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import at_most_one
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.text import Source
@@ -84,6 +85,8 @@ class LineDrag(SchemaModel):
 class Segment(SchemaModel):
     """A uniform piece of a line; segments follow one another from the fairlead to the anchor."""
 
+    key_rules = (at_most_one("clump", "buoy", expected="one of them at the end of a segment"),)
+
     length: LengthOverTime
     """Length without tension, or a table, recorded series or sine of it over time. It may change
     in the first segment alone."""
@@ -109,8 +112,6 @@ class Segment(SchemaModel):
             lacks = {"weight", "stiffness"} - {*given}
             remedy = "a line without weight or stretch is not a catenary"
             raise problem(f"no {' and no '.join(sorted(lacks))}", "weight and stiffness", remedy)
-        if len(self.keys_with_value("clump", "buoy")) == 2:
-            raise problem("clump and buoy", "one of them at the end of a segment")
         return self
 
     @property

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_valida
 
 from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import exactly_one, value_for_each_time
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
@@ -23,29 +24,23 @@ if TYPE_CHECKING:
 class OffsetTable(SchemaModel):
     """A smooth curve through the offsets at some times, which never overshoots."""
 
+    key_rules = (value_for_each_time("offset"),)
+
     time: Annotated[of.Times, AfterValidator(of.require_two_entries)]
     """Times that rise, from the start of the run to its end."""
     offset: Annotated[tuple[of.Length, ...], AfterValidator(of.require_entries)]
     """Offset at each time. Equal neighbours are a rest."""
 
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        of.require_value_for_each_time(self.time, "offset", self.offset)
-        return self
-
 
 class AngleTable(SchemaModel):
     """A smooth curve through the angles at some times, which never overshoots."""
+
+    key_rules = (value_for_each_time("angle"),)
 
     time: Annotated[of.Times, AfterValidator(of.require_two_entries)]
     """Times that rise, from the start of the run to its end."""
     angle: Annotated[tuple[of.Angle, ...], AfterValidator(of.require_entries)]
     """Angle at each time. Equal neighbours are a rest."""
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        of.require_value_for_each_time(self.time, "angle", self.angle)
-        return self
 
 
 def _form_tag(value: object) -> str:
@@ -75,6 +70,8 @@ AngleOverTime = Annotated[
 
 class DriveEntry(Element):
     """Prescribed motion of a degree of freedom of a body, or of a motion of a joint."""
+
+    key_rules = (exactly_one("offset", "angle", nothing="no motion"),)
 
     example: ClassVar[dict[str, Any]] = {
         "type": "drive",
@@ -108,9 +105,6 @@ class DriveEntry(Element):
             raise problem("dof without body" if self.dof else "body without dof", wanted)
         if self.motion is not None and self.joint is None:
             raise problem("motion without joint", wanted)
-        given = self.keys_with_value("offset", "angle")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "no motion", "either offset or angle")
         return self
 
     def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import model_validator
 
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import same_length
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
 from hydrosim.scene import OmittedEntry
@@ -26,6 +27,8 @@ Place = tuple[float, float, float]
 class StretchCurve(SchemaModel):
     """Tension of a line over its stretch; straight lines, the last one continued."""
 
+    key_rules = (same_length("stretch", "tension"),)
+
     stretch: of.Stretches
     """Elongation over length without tension, which rises from 0."""
     tension: of.RisingForces
@@ -33,7 +36,6 @@ class StretchCurve(SchemaModel):
 
     @model_validator(mode="after")
     def _check_points(self) -> Self:
-        of.require_value_for_each("stretch", self.stretch, "tension", self.tension)
         if len(self.stretch) > MAX_CURVE_POINTS:
             raise problem(f"{len(self.stretch)} points", f"at most {MAX_CURVE_POINTS}")
         return self

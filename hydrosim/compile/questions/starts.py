@@ -76,7 +76,7 @@ def _start_angles(about: SceneContext) -> Iterator[tuple[str, float]]:
         given = train.spectrum.heading if isinstance(train.spectrum, GivenComponents) else ()
         for angle in (train.heading, *given):
             yield "environment.waves.heading", angle
-    yield "environment.current.heading", environment.current.heading
+    yield "environment.current.heading", environment.current.direction
     yield "environment.wind.heading", environment.wind.heading
     for name, joint in about.scene.joints.items():
         for motion, acting in zip(joint.motions, joint.resistances, strict=False):

@@ -85,14 +85,15 @@ def ask_about_streams(about: query.SceneContext) -> Iterator[query.Query]:
         ("current", environment.current, CURRENT),
         ("wind", environment.wind, WIND),
     ):
-        if stream.speed > limit:
+        speed = stream.top_speed
+        if speed > limit:
             usual = f"usual is up to {limit:g} m/s"
             advice = "Is it in knots?"
-            yield query.Query(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
-        if stream.speed > 0.0 and name not in felt:
+            yield query.Query(f"environment.{name}.speed", f"{speed:g} m/s", usual, advice)
+        if speed > 0.0 and name not in felt:
             yield query.Query(
                 f"environment.{name}",
-                f"{stream.speed:g} m/s and no force element that it loads",
+                f"{speed:g} m/s and no force element that it loads",
                 FEELERS[name],
                 "Without such an element, no body drifts with it.",
             )

@@ -21,6 +21,7 @@ from hydrosim.database.hull import close_hull, read_closed, triangles_of
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import exactly_one
 from hydrosim.files.layers import apply_setting, read_case, yaml_text
 from hydrosim.files.messages import Problem, validate_document
 from hydrosim.files.quantities import MeshKeys, SchemaModel
@@ -80,6 +81,10 @@ class BargeHull(SchemaModel):
     """A launch barge; ``stern_length`` or the heave stiffness gives the length of full beam. Its
     frame has the origin at the stern, on the waterline."""
 
+    key_rules = (
+        exactly_one("stern_length", "heave_stiffness", expected="stern_length or heave_stiffness"),
+    )
+
     type: Literal["barge"]
     """A launch barge."""
     length: Size
@@ -105,9 +110,6 @@ class BargeHull(SchemaModel):
 
     @model_validator(mode="after")
     def _check_stern(self) -> Self:
-        given = self.keys_with_value("stern_length", "heave_stiffness")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "none", "stern_length or heave_stiffness")
         if self.wall_depth > self.draught:
             raise problem(f"a wall_depth of {self.wall_depth:g} m", "the draught at most")
         return self
@@ -316,6 +318,10 @@ class RecipeBody(SchemaModel):
     """A body: its hull, position and mass properties. The centre of gravity is in the hull's own
     frame. ``position`` and ``heading`` place this frame in the database's frame."""
 
+    key_rules = (
+        exactly_one("radii_of_gyration", "inertia", expected="radii_of_gyration or inertia"),
+    )
+
     hull: AnyHull
     """Shape of the hull."""
     position: of.Position = (0.0, 0.0)
@@ -328,13 +334,6 @@ class RecipeBody(SchemaModel):
     """Radii of gyration about the centre of gravity for roll, pitch and yaw."""
     inertia: of.InertiaMatrix | None = None
     """Moments of inertia about the centre of gravity: three by name, or a 3 x 3 matrix."""
-
-    @model_validator(mode="after")
-    def _check_turning(self) -> Self:
-        given = self.keys_with_value("radii_of_gyration", "inertia")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "none", "radii_of_gyration or inertia")
-        return self
 
 
 class CommonKeys(SchemaModel):

@@ -240,8 +240,8 @@ def _describe_directions(scene: Scene, headings: dict[str, float]) -> Iterator[s
         if isfinite(heading):
             yield f"{name} {describe_direction(heading, headings)}"
     for name, stream in (("current", environment.current), ("wind", environment.wind)):
-        if stream.speed > 0.0:
-            yield f"{name} {describe_direction(stream.heading, headings)}"
+        if stream.top_speed > 0.0:
+            yield f"{name} {describe_direction(stream.direction, headings)}"
 
 
 def describe_direction(heading: float, headings: dict[str, float]) -> str:
