@@ -17,7 +17,7 @@ from benchmarks.report import keep, machine, save
 
 QUESTIONS = (
     *("start_up", "steps_per_second", "method_costs", "step_limits", "wave_models"),
-    *("many_runs", "kills"),
+    *("many_runs", "kills", "database_cost"),
 )
 LONG = ("evidence", "work_precision", "chain", "flume")  # if named
 

@@ -1,7 +1,7 @@
 """Pictures of `docs/gallery.md`: a still of the replay of each case, and one of its channels.
 
-``python docs/gallery.py FOLDER`` keeps the runs in FOLDER and writes `docs/gallery/NAME.png`. It needs
-the extra `report` and Chromium.
+``python docs/gallery.py FOLDER`` keeps the runs in FOLDER and writes `docs/gallery/NAME.png`. It
+needs the extra `report` and Chromium.
 """
 
 from __future__ import annotations
@@ -132,7 +132,9 @@ def draw_entry(entry: Entry, folder: Path) -> None:
     run.sel(time=slice(start, end)).hydrosim.plot.channels(entry.channels, ax=axes)
     for line, name in zip(axes.lines, entry.names, strict=False):
         line.set_label(name)
-    axes.legend(fontsize=7, handlelength=1.2, framealpha=0.6) if entry.names else axes.legend_.remove()
+    axes.legend(
+        fontsize=7, handlelength=1.2, framealpha=0.6
+    ) if entry.names else axes.legend_.remove()
     stream = BytesIO()
     figure.savefig(stream, format="png")
     plt.close(figure)
