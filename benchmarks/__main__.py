@@ -17,9 +17,9 @@ from benchmarks.report import keep, machine, save
 
 QUESTIONS = (
     *("start_up", "steps_per_second", "method_costs", "step_limits", "wave_models"),
-    *("many_runs", "kills", "database_cost"),
+    *("many_runs", "kills"),
 )
-LONG = ("evidence", "work_precision", "chain", "flume")  # if named
+LONG = ("evidence", "work_precision", "chain", "flume", "database_cost")  # if named
 
 
 def main(asked: list[str]) -> None:
