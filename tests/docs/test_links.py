@@ -8,9 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FOLDERS = (".", "docs", "cases", "hydro_db", "benchmarks", "tests/data")
 LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)")
-PAGES = sorted(
-    {p for f in FOLDERS for p in (ROOT / f).glob("*.md" if f == "." else "**/*.md")}
-)
+PAGES = sorted({p for f in FOLDERS for p in (ROOT / f).glob("*.md" if f == "." else "**/*.md")})
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
