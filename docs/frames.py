@@ -54,7 +54,7 @@ def draw_side(ax: Axes) -> None:
     axes_at(ax, (80, 47), 20, ("x", "z"), BODY, 0.0)
     ax.text(70, 75, "body frame: origin in the\ncentre of gravity", color=BODY)
     turn_arrow(ax, (80, 47), 9, 230, -50)
-    ax.text(69, 31, "pitch > 0:\nbow down", color=BODY, va="top", fontsize=8)
+    ax.text(69, 35, "pitch > 0:\nbow down", color=BODY, va="top", fontsize=8)
 
 
 def draw_stern(ax: Axes) -> None:
@@ -68,7 +68,7 @@ def draw_stern(ax: Axes) -> None:
     ax.text(35, 72, "z", color=BODY, ha="center", va="center")
     ax.add_patch(Circle((35, 47), 0.9, color=BODY))
     turn_arrow(ax, (35, 47), 9, 230, -50)
-    ax.text(24, 34, "roll > 0:\nport side up", color=BODY, va="top", fontsize=8)
+    ax.text(24, 36, "roll > 0:\nport side up", color=BODY, va="top", fontsize=8)
 
 
 def draw_above(ax: Axes) -> None:
@@ -80,15 +80,15 @@ def draw_above(ax: Axes) -> None:
     outline = np.array([(-30, -9), (20, -9), (32, 0), (20, 9), (-30, 9)]) @ rotation.T
     ax.add_patch(Polygon(np.add(outline, (62, 45)), fc=HULL, ec="#666666"))
     axes_at(ax, (62, 45), 24, ("x", "y"), BODY, 20.0)
-    ax.plot((62, 108), (45, 45), ls="--", lw=0.8, color="#888888")
+    ax.plot((62, 104), (45, 45), ls="--", lw=0.8, color="#888888")
     turn_arrow(ax, (62, 45), 37, 0, 20)
     ax.text(101, 51, "heading,\nyaw > 0", color=BODY, fontsize=8)
     for angle, text in ((0, "0 deg"), (90, "90 deg"), (180, "180 deg"), (270, "-90 deg")):
         way = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
-        centre = np.array((150.0, 45.0))
+        centre = np.array((153.0, 45.0))
         arrow(ax, tuple(centre + 6 * way), tuple(centre + 24 * way), WAVES, 2.0)
         ax.text(*(centre + 33 * way), text, color=WAVES, ha="center", va="center", fontsize=8)
-    ax.text(150, 86, "waves, wind, current\ngo to their heading", color=WAVES, ha="center")
+    ax.text(153, 86, "waves, wind, current\ngo to their heading", color=WAVES, ha="center")
 
 
 def draw_metocean(ax: Axes) -> None:
@@ -117,12 +117,12 @@ def draw() -> plt.Figure:
         {"svg.hashsalt": "frames", "svg.fonttype": "none", "font.size": 9, "axes.titlesize": 10}
     )
     figure, views = plt.subplots(
-        2, 2, figsize=(9.6, 6.6), gridspec_kw={"width_ratios": (1.62, 1.0)}, layout="tight"
+        2, 2, figsize=(8.2, 5.7), gridspec_kw={"width_ratios": (1.62, 1.0)}, layout="tight"
     )
     for ax, view, width in zip(
         views.flat,
         (draw_side, draw_stern, draw_above, draw_metocean),
-        (130, 70, 186, 110),
+        (130, 70, 190, 118),
         strict=True,
     ):
         ax.set(xlim=(0, width), ylim=(0, 92), aspect="equal")
