@@ -80,7 +80,9 @@ _OF_SCENES = {
     "environment": "Environment Gusts Jonswap RegularWave Stream WaveTrain",
     "force": "Active When",
     "hydrodynamics": "Coefficients",
-    "joint": "Joint",
+    "joint": "Ball BallInitial Cylindrical Fixed Guide Hinge Joint JointWindow Planar Ratchet Rod"
+    " Slide SlideFriction SlideInitial SlideStops Slider SlidingPawl Turn TurnFriction TurnInitial"
+    " TurnStops TurningPawl Universal",
     "links": "Compensator DryFriction GasSpring Spring SpringDamper Stop Strut StrutCurve"
     " TensionCurve TorsionCurve TorsionSpring",
     "loads": "AppliedForce CurrentLoad WindLoad",

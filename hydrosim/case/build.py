@@ -32,7 +32,7 @@ from hydrosim.files.messages import fields_of
 from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import CoordinateValue, Scale
 from hydrosim.scene.damping import ViscousRoll
-from hydrosim.scene.joint import arrange_joints
+from hydrosim.scene.scene import arrange_joints
 
 if TYPE_CHECKING:
     from hydrosim.case.schema import CaseFile
@@ -79,8 +79,7 @@ def fit_decay(element: Any, where: BuildContext) -> Any:
 
 def _build_bodies(data: CaseFile) -> dict[str, Any]:
     """The bodies. Those that joints carry have neither degrees of freedom nor a start."""
-    joints = {name: joint.build() for name, joint in data.joints.items()}
-    carried = arrange_joints(joints, list(data.bodies)).children
+    carried = arrange_joints(data.joints, list(data.bodies)).children
     without = {"dofs": None, "initial": None}
     return {
         name: body.model_copy(update=without if name in carried else {})
@@ -130,7 +129,7 @@ def build_scene(
         bodies=bodies,
         environment=_build_environment(data.water, path),
         forces=_build_forces(data, path, {body.name: body for body in bodies}),
-        joints={name: joint.build() for name, joint in data.joints.items()},
+        joints=data.joints,
         solver=_build_solver(data.solver),
         output_step=data.output_step,
         output_states=data.output.states,
@@ -156,9 +155,8 @@ def _build_forces(
 ) -> dict[str, scene.ForceElement]:
     """The force elements. Files with lines are several elements each."""
     elements_by_name: dict[str, scene.ForceElement] = {}
-    joints = {name: joint.build() for name, joint in data.joints.items()}
     for name, element in data.forces.items():
-        where = BuildContext(f"forces.{name}", path, _water_density(data.water), joints)
+        where = BuildContext(f"forces.{name}", path, _water_density(data.water), data.joints)
         if isinstance(element, Lines):
             body = bodies[element.body]
             place = (body.location, body.heading, body.centre_of_gravity)

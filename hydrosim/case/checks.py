@@ -23,8 +23,8 @@ from hydrosim.case.waves import (
 from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
-from hydrosim.scene.joint import arrange_joints
 from hydrosim.scene.links import CoordinateElement
+from hydrosim.scene.scene import arrange_joints
 from hydrosim.scene.signal import RecordedColumns
 
 # The output has forces of these names (`hydrosim.elements.kind`, which would load numba).
@@ -105,8 +105,7 @@ def _check_joints(case: CaseFile) -> Iterator[Problem]:
 
 def _check_tree(case: CaseFile) -> Iterator[Problem]:
     """Keys that bodies on joints, and joints that close loops, do not have."""
-    joints = {name: joint.build() for name, joint in case.joints.items()}
-    joint_tree = arrange_joints(joints, list(case.bodies))
+    joint_tree = arrange_joints(case.joints, list(case.bodies))
     for branch in joint_tree.branches:
         body = case.bodies[branch.child]
         if "dofs" in body.model_fields_set:
@@ -118,7 +117,7 @@ def _check_tree(case: CaseFile) -> Iterator[Problem]:
             remedy = f"expected none; give joints.{branch.name}.initial"
             yield Problem(("bodies", branch.child, "initial"), f"{text}; {remedy}")
     for name in joint_tree.loops:
-        acting = [r for r in joints[name].resistances if r.acts or r.position or r.velocity]
+        acting = [r for r in case.joints[name].resistances if r.acts or r.position or r.velocity]
         if acting:
             text = "found a spring, damping, stops, friction or a start in a joint that closes a"
             expected = "loop; expected none; give them to another joint of the loop, or list this"

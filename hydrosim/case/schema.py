@@ -16,7 +16,6 @@ from hydrosim import scene
 from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.hydrodynamics import Hydrodynamics, Hydrostatics, files_of
-from hydrosim.case.joints import AnyJoint
 from hydrosim.case.streams import Current, Wind
 from hydrosim.case.tanks import Lightship, PumpEntry, TankEntry
 from hydrosim.case.waves import Waves
@@ -27,6 +26,7 @@ from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.schema_class import schema_class
 from hydrosim.files.units import Quantity, problem
 from hydrosim.scene.environment import WaterProperties
+from hydrosim.scene.joint import AnyJoint
 from hydrosim.scene.scene import ACCURACIES, ACCURACY, SolverSettings
 
 ROTATION_DOFS = frozenset(DOFS[3:])

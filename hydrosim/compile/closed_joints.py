@@ -22,11 +22,11 @@ from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 from hydrosim.multibody.constraints import ROW_ROUNDING
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.multibody.tree import fill_rates
-from hydrosim.scene.joint import JointType
+from hydrosim.scene.joint import Rod
 
 if TYPE_CHECKING:
     from hydrosim.integrate.state import State
-    from hydrosim.scene import Body, Joint, Scene
+    from hydrosim.scene import Body, Scene
 
 CLOSURE_ATOL = 1e-6  # m, rad and per second: rounding of the input, which the start removes
 ASIDE = 1e-3  # of a metre and a radian: how far a linkage is moved to test whether it is regular
@@ -56,17 +56,12 @@ def check_joints(scene: Scene) -> Iterator[str]:
                 yield f"joints.{name}.{key}: found {body}, which is no body of the scene"
         if joint.body == joint.to:
             yield f"joints.{name}.to: found {joint.to} on both sides; expected another body"
-        if joint.type == JointType.ROD and {joint.body, joint.to} <= {*names, None}:
+        if isinstance(joint, Rod) and {joint.body, joint.to} <= {*names, None}:
             yield from _check_rod(scene, name, joint)
 
 
-def _check_rod(scene: Scene, name: str, joint: Joint) -> Iterator[str]:
+def _check_rod(scene: Scene, name: str, joint: Rod) -> Iterator[str]:
     """Problems of the length of a rod."""
-    if joint.to_point is None:
-        yield f"joints.{name}.to_point: found none; expected the other end of the rod"
-        return
-    if joint.length is not None and not joint.length > 0.0:
-        yield f"joints.{name}.length: found {joint.length:g} m; expected a length above 0"
     bodies = {body.name: body for body in scene.bodies}
     ends = [_place_at_rest(bodies.get(str(b)), p) for b, p in _ends_of(joint)]
     apart = float(np.linalg.norm(ends[0] - ends[1]))
@@ -77,8 +72,7 @@ def _check_rod(scene: Scene, name: str, joint: Joint) -> Iterator[str]:
         )
 
 
-def _ends_of(joint: Joint) -> tuple[tuple[str | None, tuple[float, ...]], ...]:
-    assert joint.to_point is not None
+def _ends_of(joint: Rod) -> tuple[tuple[str | None, tuple[float, ...]], ...]:
     return (joint.body, joint.point), (joint.to, joint.to_point)
 
 

@@ -121,8 +121,7 @@ def _problems_of_quantity(scene: Scene, drive: Drive) -> Iterator[str]:
 
 def _has_friction(joint: Joint, motion: str) -> bool:
     names = [joint_motion.name for joint_motion in joint.motions]
-    acting = joint.resistances[names.index(motion)] if joint.resistances else None
-    return acting is not None and acting.friction is not None
+    return joint.resistances[names.index(motion)].friction is not None
 
 
 def is_turn(scene: Scene, drive: Drive) -> bool:
@@ -202,8 +201,6 @@ def _given_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> tupl
         body = bodies[drive.body]
         return float(body.position[i]), float(body.velocity[i])
     joint = scene.joints[drive.joint]
-    if not joint.resistances:
-        return 0.0, 0.0
     names = [motion.name for motion in joint.motions]
     acting = joint.resistances[names.index(drive.dof)]
     return acting.position, acting.velocity

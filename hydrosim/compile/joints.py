@@ -22,9 +22,9 @@ from hydrosim.multibody.tree import (
     TURN,
     Tree,
 )
-from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
-from hydrosim.scene.joint import JointMotion, MotionKind, TreeJoint
-from hydrosim.scene.scene import arrangement, tree_joints
+from hydrosim.scene import Ball, Body, Hinge, Joint, Kinematics, Planar, Scene, Universal, Weight
+from hydrosim.scene.joint import JointMotion, MotionKind
+from hydrosim.scene.scene import TreeJoint, arrangement, tree_joints
 
 # Trees of joints as arrays: their motions are coordinates.
 
@@ -53,16 +53,9 @@ def check_trees(scene: Scene) -> Iterator[str]:
         if any(child.position) or any(child.velocity):
             yield f"bodies.{child.name}: found a start of a body that {branch.name} carries"
     for name, joint in scene.joints.items():
-        resistances = joint.resistances
-        count, expected = len(resistances), len(joint.motions)
-        if resistances and count != expected:
-            yield f"joints.{name}.resistances: found {count}; expected {expected}"
-        turning = [r for r, m in zip(resistances, joint.motions, strict=False) if m.kind == SWIVEL]
-        if any(r.stiffness or r.stops or r.friction for r in turning):
-            yield f"joints.{name}.resistances: turns of a ball have damping alone; use a bushing"
-        for motion, acting in zip(joint.motions, resistances, strict=False):
+        for motion, acting in zip(joint.motions, joint.resistances, strict=True):
             friction = acting.friction
-            if friction and friction.kinetic_coefficient and not has_own_bearings(joint, motion):
+            if friction and friction.coefficients[1] and not has_own_bearings(joint, motion):
                 yield (
                     f"joints.{name}: found static_coefficient, a friction that grows with the load,"
                     f" in {motion.name}; expected it in a hinge, a universal joint, or the slide of"
@@ -70,7 +63,7 @@ def check_trees(scene: Scene) -> Iterator[str]:
                     " give a force or moment"
                 )
         if name in joint_tree.loops and any(
-            r.acts or r.position or r.velocity for r in resistances
+            r.acts or r.position or r.velocity for r in joint.resistances
         ):
             yield f"joints.{name}: found forces or a start in a joint that closes a loop"
 
@@ -78,8 +71,8 @@ def check_trees(scene: Scene) -> Iterator[str]:
 def has_own_bearings(joint: Joint, motion: JointMotion) -> bool:
     """Whether the load of a joint makes friction in this motion alone."""
     if motion.kind == MotionKind.TURN:
-        return joint.type in (JointType.HINGE, JointType.UNIVERSAL)
-    return motion.kind == MotionKind.SLIDE and joint.type != JointType.PLANAR
+        return isinstance(joint, Hinge | Universal)
+    return motion.kind == MotionKind.SLIDE and not isinstance(joint, Planar)
 
 
 def tree_of(scene: Scene, own_dofs: np.ndarray, origins: np.ndarray) -> Tree:
@@ -172,10 +165,9 @@ def _start_coordinates(scene: Scene) -> np.ndarray:
     backwards = {branch.name for branch in branches if branch.reversed}
     starts = []
     for name, joint in tree_joints(scene).items():
-        resistances = joint.resistances or (None,) * len(joint.motions)
-        values = [(0.0, 0.0) if r is None else (r.position, r.velocity) for r in resistances]
+        values = [(acting.position, acting.velocity) for acting in joint.resistances]
         start = np.reshape(np.array(values, dtype=float), (-1, 2))
-        if joint.type == JointType.BALL and scene.solver.kinematics == "exact":
+        if isinstance(joint, Ball) and scene.solver.kinematics == "exact":
             if name in backwards:
                 start[:, 1] = _seen_from_body(start[:, 1], start[:, 0])
             start[:, 0] = rodrigues(start[:, 0])

@@ -41,7 +41,7 @@ from hydrosim.dofs import DOFS, LATERAL, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.elements import is_mirrored
 from hydrosim.integrate.names import Coordinate, coordinates
 from hydrosim.linear.linearise import STEP, differentiate, find_components
-from hydrosim.scene.joint import JointMotion, JointType, MotionKind
+from hydrosim.scene.joint import Ball, Fixed, JointMotion, MotionKind, Rod, Universal
 from hydrosim.scene.scene import tree_joints
 from hydrosim.tanks.mirror import without_image as without_image_in
 from hydrosim.water.components import WaveComponents
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from hydrosim.integrate.state import State
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
-AXES = {JointType.FIXED: 0, JointType.BALL: 0, JointType.UNIVERSAL: 2, JointType.ROD: 0}
+AXES = {Fixed: 0, Ball: 0, Universal: 2, Rod: 0}
 """Number of axes that matter, for joints that do not have one."""
 COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.join(LATERAL)}"
 
@@ -116,7 +116,7 @@ class _Times(NamedTuple):
     """When a joint holds, and its teeth."""
 
     active: scenes.Active | None
-    window: scenes.Window | None
+    window: scenes.JointWindow | None
     pitch: float
     breaks_at: float | None
     length: float | None
@@ -124,12 +124,16 @@ class _Times(NamedTuple):
 
 def _shape(joint: scenes.Joint, y: float) -> _Shape:
     axes = joint.axes()
-    lines = [np.outer(axes[k], axes[k]) for k in range(AXES.get(joint.type, 1))]
-    pawl = joint.ratchet
+    lines = [np.outer(axes[k], axes[k]) for k in range(AXES.get(type(joint), 1))]
+    pawl = joint.pawl
     return _Shape(
         f"{joint.type} {joint.body} {joint.to}",
         _Times(
-            joint.active, joint.window, pawl.pitch if pawl else 0.0, joint.breaks_at, joint.length
+            joint.active,
+            joint.window,
+            pawl.pitch if pawl else 0.0,
+            joint.breaks_at,
+            joint.length if isinstance(joint, Rod) else None,
         ),
         np.array(joint.point, dtype=float),
         np.array(lines).reshape(-1, 3, 3),
@@ -140,10 +144,11 @@ def _shape(joint: scenes.Joint, y: float) -> _Shape:
 
 def _arrow(joint: scenes.Joint, y: float) -> np.ndarray:
     """Direction of a ratchet, or the other end of a rod from the plane."""
-    if joint.ratchet is not None:
+    if joint.pawl is not None:
         return joint.axes()[0]
-    end = np.array(joint.to_point or (0.0, 0.0, 0.0), dtype=float)
-    return end if joint.to is not None or joint.to_point is None else end - (0.0, y, 0.0)
+    if not isinstance(joint, Rod):
+        return np.zeros(3)
+    return np.array(joint.to_point) - (0.0, y if joint.to is None else 0.0, 0.0)
 
 
 def _unpaired_elements(elements: Mapping[str, scenes.ForceElement], y: float) -> Iterator[str]:

@@ -105,11 +105,12 @@ class CheckedClass(type):
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, pydantic.Field))
-def schema_class(cls: C) -> C:
-    """Make a frozen dataclass of ``cls``, a `SchemaClass`. A class may extend the configuration by
-    its ``__pydantic_config__``."""
+def schema_class(cls: C, *, kw_only: bool = False) -> C:
+    """Make a frozen dataclass of ``cls``, a `SchemaClass`; its fields are given by their names if
+    ``kw_only``. A class may extend the configuration by its ``__pydantic_config__``."""
     config = {**CONFIG, **cls.__dict__.get("__pydantic_config__", {})}
-    made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False, init=False)(cls)
+    options = {"eq": False, "repr": False, "init": False, "kw_only": kw_only}
+    made: Any = dataclasses.dataclass(frozen=True, **options)(cls)
     made.__pydantic_config__ = config
     made._schema = {}
     return made

@@ -19,7 +19,7 @@ from hydrosim.report.page import base64_of_floats
 from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
 from hydrosim.results.channels import COORDINATE_LINKS
-from hydrosim.scene import JointType, Scene
+from hydrosim.scene import Cylindrical, Hinge, Rod, Scene, Slider, Universal
 from hydrosim.scene.contacts import Contact, Fender, Landing
 from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
 
@@ -50,7 +50,7 @@ SCALAR_KINDS = ("spring", "strut", "winch", "compensator", "tank", *COORDINATE_L
 PLANE_HALF_SIDE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 
-AXIAL_JOINTS = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.UNIVERSAL}
+AXIAL_JOINTS = (Hinge, Slider, Cylindrical, Universal)
 """Types of joints that are drawn along their axes."""
 
 
@@ -161,12 +161,14 @@ def _joint_shapes(
     """Joints as bars along their axes, a little longer than their body, or as cubes if they have no
     axis; each on its body."""
     for name, joint in scene.joints.items():
-        if joint.type == JointType.ROD:  # a line
+        if isinstance(joint, Rod):  # a line
             continue
         number = _body_number(scene, joint.body)
         along = joint.axes()[0]
         long = float(np.ptp(shapes[number].triangles.reshape(-1, 3) @ along))
-        half = JOINT_HALF_LENGTH * long if joint.type in AXIAL_JOINTS else JOINT_HALF_WIDTH * size
+        half = (
+            JOINT_HALF_LENGTH * long if isinstance(joint, AXIAL_JOINTS) else JOINT_HALF_WIDTH * size
+        )
         place = np.array(joint.point)
         bar = scenery.column(place - half * along, place + half * along, JOINT_HALF_WIDTH * size)
         yield {
@@ -268,7 +270,7 @@ def _ends_of_lines(scene: Scene) -> Iterator[tuple[str, tuple[str | None, Any, s
             ends = element.body, element.point, element.anchor_body, element.anchor
             yield name, ends
     for name, joint in scene.joints.items():
-        if joint.type == JointType.ROD:
+        if isinstance(joint, Rod):
             yield name, (joint.body, joint.point, joint.to, joint.to_point)
 
 

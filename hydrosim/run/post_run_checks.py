@@ -154,12 +154,13 @@ def _missed_window_warnings(compiled: Compiled, run: xr.Dataset) -> Iterator[str
         apart = _distance_of_points(compiled, run, joint)
         gap = np.linalg.norm(apart, axis=1)
         speed = np.linalg.norm(np.gradient(apart, run.time.values, axis=0), axis=1)
-        beyond = np.maximum(gap / window.gap, speed / window.speed)[waiting]
+        allowed = window.limits
+        beyond = np.maximum(gap / allowed[0], speed / allowed[1])[waiting]
         at = waiting[int(beyond.argmin())]
         yield (
             f"joints.{name}: it came nearest to its window at {run.time.values[at]:.4g} s, with a"
             f" gap of {gap[at]:.3g} m and a speed of {speed[at]:.3g} m/s; the window has"
-            f" {window.gap:g} m and {window.speed:g} m/s. Its smallest gap while it waited was"
+            f" {allowed[0]:g} m and {allowed[1]:g} m/s. Its smallest gap while it waited was"
             f" {gap[waiting].min():.3g} m, its smallest speed {speed[waiting].min():.3g} m/s."
         )
 

@@ -210,6 +210,11 @@ class Active(SchemaClass):
             raise problem(f"from {begin:g} s until {end:g} s", "an end after the start")
         return self
 
+    @property
+    def is_built(self) -> bool:
+        """True if both ends are conditions."""
+        return all(end is None or isinstance(end, When) for end in (self.start, self.until))
+
     def build(self) -> Active:
         """The same with conditions for both ends."""
         return Active(build_condition(self.start), build_condition(self.until))
@@ -277,12 +282,10 @@ class ForceElement(SchemaClass):
 
     def is_written(self) -> bool:
         """True if a part still has the form of a file, which `build_active` makes the scene's."""
-        active = self.active
-        ends = (active.start, active.until) if active else ()
         parts = [getattr(self, field.name) for field in fields(self)]
         return (
             self.when is not None
-            or not all(end is None or isinstance(end, When) for end in ends)
+            or not (self.active is None or self.active.is_built)
             or any(isinstance(x, BaseModel) or getattr(x, "total", False) for x in parts)
         )
 

@@ -14,7 +14,7 @@ import numpy as np
 from hydrosim.compile.questions import query
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.points import LineShape, line_shapes
-from hydrosim.scene import Body, JointType
+from hydrosim.scene import Body, Cylindrical, Hinge
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.links import CoordinateElement, TorsionSpring, TwoPointElement
 from hydrosim.scene.scene import arrangement
@@ -128,7 +128,7 @@ def ask_about_axes(about: query.SceneContext) -> Iterator[query.Query]:
     branches = {
         frozenset((branch.child, branch.parent)): branch
         for branch in arrangement(about.scene).branches
-        if branch.joint.type in (JointType.HINGE, JointType.CYLINDRICAL)
+        if isinstance(branch.joint, Hinge | Cylindrical)
     }
     for name, spring in about.scene.forces.items():
         branch = None

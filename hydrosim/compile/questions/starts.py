@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from math import inf
 
 import numpy as np
 
@@ -126,10 +127,11 @@ def _ask_about_pressed_stops(about: SceneContext) -> Iterator[Query]:
         for motion, acting, x in zip(joint.motions, joint.resistances, here, strict=False):
             stops = acting.stops
             limit = MAX_START_COMPRESSION_M if motion.kind == MotionKind.SLIDE else BENT
-            beyond = 0.0 if stops is None else max(stops.lowest - x, x - stops.highest)
+            lowest, highest = stops.range if stops else (-inf, inf)
+            beyond = max(lowest - x, x - highest)
             if stops is None or (about.scene.at_rest and beyond <= limit):
                 continue
-            if beyond > min(limit, MAX_STOP_OVERRUN_FRACTION * (stops.highest - stops.lowest)):
+            if beyond > min(limit, MAX_STOP_OVERRUN_FRACTION * (highest - lowest)):
                 size = _size_text_of_kind(motion.kind)
                 found_text = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
                 yield Query(f"joints.{name}", found_text, "usual is a start between the stops")

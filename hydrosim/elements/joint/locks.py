@@ -41,7 +41,7 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import generalised_force
 from hydrosim.multibody.vectors import dot, vector
 from hydrosim.scene import ForceElement, Joint, Scene
-from hydrosim.scene.joint import JointType, MotionKind
+from hydrosim.scene.joint import MotionKind, Rod
 
 OPEN, WAITING, RATCHETING, CLOSED = range(4)
 LOCK_MODES = ("open", "waiting", "running", "closed")
@@ -104,14 +104,13 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: kinds.Layout)
 
 def _lock_constants(number: int, joint: Joint, at: Any, layout: kinds.Layout) -> tuple[Any, ...]:
     body, other, exact = at
-    is_rod = joint.type == JointType.ROD
-    if is_rod:
+    if isinstance(joint, Rod):
         point, axes, rest = _rod_at_rest(joint, body, other, exact)
     else:
         point, rest = _reference_at_rest(joint, body, other)
         axes = joint.axes()
         rest = rest if exact else np.zeros(REFERENCE_SIZE)
-    window = joint.window
+    gap, speed = joint.window.limits if joint.window else (inf, inf)
     return (
         number,
         layout.joint_row,
@@ -123,16 +122,12 @@ def _lock_constants(number: int, joint: Joint, at: Any, layout: kinds.Layout) ->
         rest,
         *_row_axes(joint),
         joint.lasts,
-        NO_RATCHET
-        if joint.ratchet is None
-        else RATCHET_TURNS
-        if joint.ratchet.turns
-        else RATCHET_SLIDES,
-        joint.ratchet.pitch if joint.ratchet else 0.0,
-        window.gap if window else inf,
-        window.speed if window else inf,
+        NO_RATCHET if joint.pawl is None else RATCHET_TURNS if joint.pawl.turns else RATCHET_SLIDES,
+        joint.pawl.pitch if joint.pawl else 0.0,
+        gap,
+        speed,
         inf if joint.breaks_at is None else joint.breaks_at,
-        is_rod,
+        isinstance(joint, Rod),
     )
 
 
@@ -150,7 +145,7 @@ def _reference_at_rest(
 
 
 def _rod_at_rest(
-    joint: Joint, body: kinds.BodyAtRest, other: kinds.BodyAtRest | None, exact: bool
+    joint: Rod, body: kinds.BodyAtRest, other: kinds.BodyAtRest | None, exact: bool
 ) -> tuple[np.ndarray, ...]:
     """Point of a rod on the other body, its direction at rest as first of three axes, and its
     reference (12,)."""
@@ -161,12 +156,12 @@ def _rod_at_rest(
     rest = np.zeros(REFERENCE_SIZE)
     rest_length = length if joint.length is None else joint.length
     rest[:3] = (rest_length, 0.0, 0.0) if exact else rest_length * axes[0]
-    return np.array(joint.to_point, float), axes, rest
+    return np.array(joint.to_point), axes, rest
 
 
-def rod_at_rest(joint: Joint, body: kinds.BodyAtRest, other: kinds.BodyAtRest | None) -> np.ndarray:
+def rod_at_rest(joint: Rod, body: kinds.BodyAtRest, other: kinds.BodyAtRest | None) -> np.ndarray:
     """Way (3,) [m] from the end of a rod on the other body to that on its body, both at rest."""
-    far = np.array(joint.to_point, float)
+    far = np.array(joint.to_point)
     if other is not None:
         far = np.array(other.origin) + about_z(other.heading) @ far
     return np.array(body.origin) + about_z(body.heading) @ np.array(joint.point) - far
@@ -174,10 +169,10 @@ def rod_at_rest(joint: Joint, body: kinds.BodyAtRest, other: kinds.BodyAtRest | 
 
 def _row_axes(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
     """Axes of all rows, and their number."""
-    if joint.type == JointType.ROD:
+    if isinstance(joint, Rod):
         pairs = [(0, NO_INDEX)]
-    elif joint.ratchet is not None:
-        pairs = [(2, 1)] if joint.ratchet.turns else [(0, NO_INDEX)]
+    elif joint.pawl is not None:
+        pairs = [(2, 1)] if joint.pawl.turns else [(0, NO_INDEX)]
     else:
         free = {m.axis for m in joint.motions if m.kind == MotionKind.SLIDE}
         turns = sum(m.kind != MotionKind.SLIDE for m in joint.motions)

@@ -3,14 +3,13 @@
     f = -k (q - q0) - c u + stop - friction
 
 q, u: the motion and its rate [m or rad]; f: force or moment on the joint's body along it, its
-opposite on the other body. A stop at the end e presses with k_s d + c_s d', where d = |q - e| is
-the way beyond it. It never pulls: where that would be negative, there is no force. Friction is the
+opposite on the other body. Stops are those of links (`elements.link.stop`). Friction is the
 given kinetic force against the motion, and a part that grows with the load of the joint
 (`elements.joint.load_friction`). At rest a constraint holds u = 0, until its force exceeds the
 static one.
 
-Modes of friction: none, stuck, moving up or down, or undefined. Modes of the stop, in the column
-`SEGMENT`: away from both, pressed, or beyond the end without force. All changes are events.
+Modes of friction: none, stuck, moving up or down, or undefined. Those of the stops are in the
+column `SEGMENT`. All changes are events.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.elements import kind as kinds
+from hydrosim.elements.link import stop
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -35,11 +35,10 @@ from hydrosim.modes import (
 )
 from hydrosim.multibody.tree import BALL, SLIDE, coordinate_places, push_joint
 from hydrosim.multibody.vectors import dot, quaternion_of_parameters, rotation_vector
-from hydrosim.scene import ForceElement, JointFriction, JointResistance, Scene
+from hydrosim.scene import ForceElement, JointResistance, Scene
 from hydrosim.scene.scene import tree_joints
 
 NO_FRICTION, STUCK, UP, DOWN, UNDEFINED_FRICTION = range(5)
-AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
 FRICTION_MODES = ("frictionless", "stuck", "up", "down", "undefined")
 STOPS = ("away", "at_lowest", "at_highest", "below", "above")
 MOTION_POSITION, MOTION_RATE, MOTION_FORCE, JOINT_MOTION_OUTPUTS = range(4)
@@ -50,16 +49,15 @@ MOTION = np.dtype(
     [
         *(("coordinate", int), ("move", int), ("axis", int), ("row", int)),
         *(("stiffness", float), ("neutral", float), ("damping", float)),
-        *(("lowest", float), ("highest", float), ("stop", float), ("dashpot", float)),
-        *(("static", float), ("kinetic", float)),
+        *(("stops", stop.STOPS), ("static", float), ("kinetic", float)),
         *(("static_coefficient", float), ("kinetic_coefficient", float)),
         *(("radius", float), ("collar", float), ("couple", float)),
         *(("joint", int), ("shifts", bool)),
     ]
 )
 """A motion: its coordinate, its move of the tree and the axis of that, its row of forces
-(`NO_INDEX` if nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force,
-negative if none. For friction by load: both mu, 0 if none; r, c and 1 / L; the number of its joint,
+(`NO_INDEX` if nothing acts); k, q0, c; its stops; the static and the kinetic force, negative if
+none. For friction by load: both mu, 0 if none; r, c and 1 / L; the number of its joint,
 and whether that moves the place of the joint away from its bearings."""
 
 
@@ -84,7 +82,7 @@ def compile_elements(
     coordinate = min(places, default=0)
     for number, (name, joint) in enumerate(layout.joints.items()):
         for i in range(0 if name in layout.constraints else len(joint.motions)):
-            acting = joint.resistances[i] if joint.resistances else JointResistance()
+            acting = joint.resistances[i]
             row = layout.row[name] if acting.acts else NO_INDEX
             move, axis = places[coordinate]
             kind, sign = layout.tree.moves[["kind", "sign"]][move]
@@ -97,32 +95,27 @@ def compile_elements(
     return JointMotionConstants(motions, int((motions["static"] >= 0.0).sum()), loaded, 0, 0)
 
 
-def _resistance_constants(acting: JointResistance) -> tuple[float, ...]:
-    stops = acting.stops
-    friction = acting.friction or JointFriction(-1.0, 0.0)
+def _resistance_constants(acting: JointResistance) -> tuple[Any, ...]:
+    ends = acting.stops
+    friction = acting.friction
+    radius, collar, distance = friction.levers if friction else (1.0, 0.0, inf)
     return (
         *(acting.stiffness, acting.neutral, acting.damping),
-        *((stops.lowest, stops.highest) if stops else (-inf, inf)),
-        *((stops.stiffness, stops.damping) if stops else (0.0, 0.0)),
-        *(friction.static, friction.kinetic),
-        *(friction.static_coefficient, friction.kinetic_coefficient),
-        *(friction.radius, friction.collar_radius, 1.0 / friction.bearing_distance),
+        (*ends.range, ends.stiffness, ends.damping) if ends else stop.NO_STOPS,
+        *(friction.constant_friction if friction else (-1.0, 0.0)),
+        *(friction.coefficients if friction else (0.0, 0.0)),
+        *(radius, collar, 1.0 / distance),
     )
 
 
 def are_linear(p: JointMotionConstants) -> bool:
     """True if no motion has stops or dry friction."""
-    return not np.any((p.each["stop"] > 0.0) | (p.each["static"] >= 0.0))
+    return not np.any(_has_stops(p) | (p.each["static"] >= 0.0))
 
 
-@kernel
-def _stop_force(joint_motion, mode, q, u):
-    """Force of the stops, positive away from the lowest."""
-    if mode == AT_LOWEST:
-        return joint_motion.stop * (joint_motion.lowest - q) - joint_motion.dashpot * u
-    if mode == AT_HIGHEST:
-        return joint_motion.stop * (joint_motion.highest - q) - joint_motion.dashpot * u
-    return 0.0
+def _has_stops(p: JointMotionConstants) -> np.ndarray:
+    """Which motions (n,) have stops."""
+    return np.asarray(p.each["stops"]["stiffness"] > 0.0)
 
 
 @kernel
@@ -137,24 +130,15 @@ def _friction_force(joint_motion, mode):
 def _acting_force(joint_motion, mode, q, u):
     """Force of all that acts in a motion but the reaction of a stuck one."""
     spring = -joint_motion.stiffness * (q - joint_motion.neutral) - joint_motion.damping * u
-    return (
-        spring
-        + _stop_force(joint_motion, mode[SEGMENT], q, u)
-        + _friction_force(joint_motion, mode[MODE])
-    )
+    load, _ = stop.find_loads(joint_motion.stops, mode[SEGMENT], q, u)
+    return spring - load + _friction_force(joint_motion, mode[MODE])
 
 
 @kernel
 def _dissipated_power(joint_motion, mode, q, u):
-    """Power that a motion loses. Beyond an end without force, the stop loses what it stored."""
-    loss = joint_motion.damping * u * u - _friction_force(joint_motion, mode[MODE]) * u
-    if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
-        loss += joint_motion.dashpot * u * u
-    elif mode[SEGMENT] == BELOW:
-        loss += joint_motion.stop * (joint_motion.lowest - q) * u
-    elif mode[SEGMENT] == ABOVE:
-        loss += joint_motion.stop * (joint_motion.highest - q) * u
-    return loss
+    """Power that a motion loses."""
+    _, lost = stop.find_loads(joint_motion.stops, mode[SEGMENT], q, u)
+    return joint_motion.damping * u * u - _friction_force(joint_motion, mode[MODE]) * u + lost
 
 
 @root
@@ -185,13 +169,10 @@ def add_energy(y, modes, p, stored):
         joint_motion = p.each[i]
         if joint_motion.row != NO_INDEX:
             q = y[joint_motion.coordinate]
-            below = max(joint_motion.lowest - q, 0.0)
-            above = max(q - joint_motion.highest, 0.0)
-            beyond = below * below + above * above
             stretch = q - joint_motion.neutral
-            stored[joint_motion.row] += 0.5 * (
-                joint_motion.stiffness * stretch * stretch + joint_motion.stop * beyond
-            )
+            stored[joint_motion.row] += 0.5 * (joint_motion.stiffness * stretch * stretch)
+            segment = modes[p.mode + i, SEGMENT]
+            stored[joint_motion.row] += stop.stored_energy(joint_motion.stops, segment, q)
 
 
 @kernel
@@ -221,19 +202,9 @@ def find_margins(y, modes, bodies, p, reactions, out):
             out[m + FRICTION_MARGIN] = u if mode[MODE] == UP else -u
             if joint_motion.kinetic_coefficient > 0.0:
                 out[m + RISING_MARGIN] = reactions[p.reaction + i, 1]
-        if joint_motion.stop == 0.0:
-            continue
-        stop = mode[SEGMENT]
-        if stop == AWAY:
-            out[m + CONTACT_MARGIN] = min(q - joint_motion.lowest, joint_motion.highest - q)
-        else:
-            low = stop in (AT_LOWEST, BELOW)
-            out[m + CONTACT_MARGIN] = joint_motion.lowest - q if low else q - joint_motion.highest
-            pressed = AT_LOWEST if low else AT_HIGHEST
-            sign = 1.0 if low else -1.0
-            force = sign * _stop_force(joint_motion, pressed, q, u)
-            if joint_motion.dashpot > 0.0:
-                out[m + SEGMENT_MARGIN] = force if stop == pressed else -force
+        if joint_motion.stops.stiffness > 0.0:
+            margins = out[m : m + MARGINS]
+            stop.find_margins(joint_motion.stops, mode[SEGMENT], q, u, margins)
 
 
 @root
@@ -243,19 +214,8 @@ def transition(i, which, y, modes, bodies, reactions, p):
     mode = modes[p.mode + i]
     q = y[joint_motion.coordinate]
     u = y[bodies.active.size + joint_motion.coordinate]
-    if which == CONTACT_MARGIN:
-        if mode[SEGMENT] != AWAY:
-            mode[SEGMENT] = AWAY
-        elif q - joint_motion.lowest < joint_motion.highest - q:
-            mode[SEGMENT] = AT_LOWEST if u < 0.0 else BELOW
-        else:
-            mode[SEGMENT] = AT_HIGHEST if u > 0.0 else ABOVE
-    elif which == SEGMENT_MARGIN:
-        stop = mode[SEGMENT]
-        if stop in (AT_LOWEST, BELOW):
-            mode[SEGMENT] = BELOW if stop == AT_LOWEST else AT_LOWEST
-        else:
-            mode[SEGMENT] = ABOVE if stop == AT_HIGHEST else AT_HIGHEST
+    if which in (CONTACT_MARGIN, SEGMENT_MARGIN):
+        mode[SEGMENT] = stop.next_segment(joint_motion.stops, which, mode[SEGMENT], q, u)
     elif which == RISING_MARGIN:
         mode[MODE] = UNDEFINED_FRICTION
     elif mode[MODE] == STUCK:
@@ -276,13 +236,7 @@ def set_initial_modes(y, modes, bodies, p):
         mode[MODE] = NO_FRICTION
         if joint_motion.static >= 0.0:
             mode[MODE] = UP if u > 0.0 else DOWN if u < 0.0 else STUCK
-        mode[SEGMENT] = AWAY
-        if q < joint_motion.lowest:
-            mode[SEGMENT] = AT_LOWEST if _stop_force(joint_motion, AT_LOWEST, q, u) > 0.0 else BELOW
-        elif q > joint_motion.highest:
-            mode[SEGMENT] = (
-                AT_HIGHEST if _stop_force(joint_motion, AT_HIGHEST, q, u) < 0.0 else ABOVE
-            )
+        mode[SEGMENT] = stop.initial_segment(joint_motion.stops, q, u)
 
 
 @root
@@ -433,7 +387,9 @@ class JointMotionKind(kinds.KindWithModeSets):
 
     def modes(self, p: JointMotionConstants) -> kinds.ModeRows:
         count = p.each.size
-        return kinds.ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
+        return kinds.ModeRows(
+            count, first=np.zeros(count, dtype=int), last=np.full(count, stop.ABOVE)
+        )
 
     def resistances(self, p: JointMotionConstants) -> Iterator[kinds.LinearResistance]:
         for joint_motion in p.each:
@@ -444,13 +400,13 @@ class JointMotionKind(kinds.KindWithModeSets):
                 )
 
     def mode_sets(self, p: JointMotionConstants) -> Sequence[kinds.ModeSet]:
-        if not (p.each["stop"] > 0.0).any():
+        if not _has_stops(p).any():
             return []
         rest = np.zeros(p.each.size, dtype=int)
         return [
             kinds.ModeSet("joints away from their stops", kinds.rest_at_first(rest, NO_FRICTION)),
             kinds.ModeSet(
-                "joints at their stops", kinds.rest_at_first(rest + AT_LOWEST, NO_FRICTION)
+                "joints at their stops", kinds.rest_at_first(rest + stop.AT_LOWEST, NO_FRICTION)
             ),
         ]
 
@@ -459,11 +415,11 @@ class JointMotionKind(kinds.KindWithModeSets):
     ) -> JointMotionConstants:
         """Constants with the stops of pressed motions in action at any place, and no friction."""
         constants = p.each.copy()
-        at = modes[:, SEGMENT] != AWAY
-        constants["stiffness"] += np.where(at, constants["stop"], 0.0)
-        constants["damping"] += np.where(at, constants["dashpot"], 0.0)
-        for name in ("lowest", "highest", "stop", "dashpot"):
-            constants[name] = 0.0
+        stops = constants["stops"]
+        at = modes[:, SEGMENT] != stop.AWAY
+        constants["stiffness"] += np.where(at, stops["stiffness"], 0.0)
+        constants["damping"] += np.where(at, stops["damping"], 0.0)
+        stops[:] = 0.0
         return p._replace(each=constants)
 
     def record(

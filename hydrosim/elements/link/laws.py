@@ -65,7 +65,7 @@ def find_loads(link, mode, s, y, p):
     if link.law == GAS:
         return gas.find_loads(link, p.gases[link.constants], mode, s)
     if link.law == STOP:
-        return stop.find_loads(link, p.stops[link.constants], mode, s)
+        return stop.find_loads(p.stops[link.constants], mode[SEGMENT], s.x, s.rate)
     node = y[p.state + link.state]
     return dry_friction.find_loads(link, p.frictions[link.constants], mode, s, node)
 
@@ -85,7 +85,7 @@ def stored_energy(link, mode, s, y, p):
     if link.law == GAS:
         return gas.stored_energy(p.gases[link.constants], mode, s)
     if link.law == STOP:
-        return stop.stored_energy(p.stops[link.constants], mode, s)
+        return stop.stored_energy(p.stops[link.constants], mode[SEGMENT], s.x)
     node = y[p.state + link.state]
     return dry_friction.stored_energy(p.frictions[link.constants], mode, s, node)
 
@@ -100,7 +100,7 @@ def find_margins(link, mode, s, y, p, out):
     elif link.law == GAS:
         gas.find_margins(link, p.gases[link.constants], mode, s, out)
     elif link.law == STOP:
-        stop.find_margins(link, p.stops[link.constants], mode, s, out)
+        stop.find_margins(p.stops[link.constants], mode[SEGMENT], s.x, s.rate, out)
     else:
         node = y[p.state + link.state]
         dry_friction.find_margins(p.frictions[link.constants], mode, s, node, out)
@@ -116,7 +116,8 @@ def transition(link, which, mode, s, y, p):
     elif link.law == GAS:
         gas.transition(link, p.gases[link.constants], which, mode, s)
     elif link.law == STOP:
-        stop.transition(p.stops[link.constants], which, mode, s)
+        of = p.stops[link.constants]
+        mode[SEGMENT] = stop.next_segment(of, which, mode[SEGMENT], s.x, s.rate)
     else:
         k = p.state + link.state
         y[k], lost = dry_friction.transition(p.frictions[link.constants], mode, s, y[k])
@@ -133,7 +134,7 @@ def set_initial_mode(link, mode, s, y, p):
     elif link.law == GAS:
         gas.set_initial_mode(link, p.gases[link.constants], mode, s)
     elif link.law == STOP:
-        stop.set_initial_mode(link, p.stops[link.constants], mode, s)
+        mode[SEGMENT] = stop.initial_segment(p.stops[link.constants], s.x, s.rate)
     else:
         mode[SEGMENT] = dry_friction.STICKS
         y[p.state + link.state] = s.x

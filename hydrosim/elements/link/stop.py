@@ -17,13 +17,14 @@ import numpy as np
 from hydrosim.elements.kind import LINEARISATION_DEPTH
 from hydrosim.elements.link.law import ANYWHERE, LinkClass, load_and_place
 from hydrosim.jit.kernels import kernel
-from hydrosim.modes import CONTACT_MARGIN, SEGMENT, SEGMENT_MARGIN
+from hydrosim.modes import CONTACT_MARGIN, SEGMENT_MARGIN
 from hydrosim.scene.links import Stop
 
 AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
 
-STOPS = np.dtype([("lowest", float), ("highest", float), ("stiffness", float)])
-"""Constants of stops: a, b, k."""
+STOPS = np.dtype([("lowest", float), ("highest", float), ("stiffness", float), ("damping", float)])
+"""Constants of stops: a, b, k, c."""
+NO_STOPS = (-inf, inf, 0.0, 0.0)
 
 
 def law_fields(stop: Stop, _: np.ndarray) -> dict[str, Any]:
@@ -37,83 +38,77 @@ def law_fields(stop: Stop, _: np.ndarray) -> dict[str, Any]:
         "idle_range": ANYWHERE,
         "stiff": AT_LOWEST if low else AT_HIGHEST,
         "stiff_range": (place, place),
-        "damping": stop.damping,
     }
 
 
 def constants(stop: Stop) -> np.ndarray:
     """Its constants (1,) of `STOPS`."""
-    return np.array([(stop.low, stop.high, stop.stiffness)], dtype=STOPS)
+    return np.array([(stop.low, stop.high, stop.stiffness, stop.damping)], dtype=STOPS)
 
 
 STOP_CLASS = LinkClass(Stop, "stop", load_and_place("stop"), law_fields, constants=constants)
 
 
 @kernel
-def _beyond(stop, segment, x):
-    """The load of the spring of a stop: negative below the lowest place."""
+def _way_beyond(stop, segment, x):
+    """The way x - a or x - b beyond the stop that is met: negative below the lowest place."""
     if segment in (AT_LOWEST, BELOW):
-        return stop.stiffness * (x - stop.lowest)
-    if segment in (AT_HIGHEST, ABOVE):
-        return stop.stiffness * (x - stop.highest)
-    return 0.0
+        return x - stop.lowest
+    return x - stop.highest if segment in (AT_HIGHEST, ABOVE) else 0.0
 
 
 @kernel
-def find_loads(link, stop, mode, s):
+def find_loads(stop, segment, x, rate):
     """T, and the power that it dissipates."""
-    f = _beyond(stop, mode[SEGMENT], s.x)
-    if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
-        lost = link.damping * s.rate
-        return f + lost, lost * s.rate
-    return 0.0, -f * s.rate
+    f = stop.stiffness * _way_beyond(stop, segment, x)
+    if segment in (AT_LOWEST, AT_HIGHEST):
+        lost = stop.damping * rate
+        return f + lost, lost * rate
+    return 0.0, -f * rate
 
 
 @kernel
-def stored_energy(stop, mode, s):
+def stored_energy(stop, segment, x):
     """k d^2 / 2."""
-    f = _beyond(stop, mode[SEGMENT], s.x)
-    return 0.5 * f * f / stop.stiffness
+    d = _way_beyond(stop, segment, x)
+    return 0.5 * (stop.stiffness * d * d)
 
 
 @kernel
-def find_margins(link, stop, mode, s, out):
+def find_margins(stop, segment, x, rate, out):
     """Margins (4,): way to the stops, or beyond the one that is met; the force of that stop."""
-    segment = mode[SEGMENT]
     if segment == AWAY:
-        out[CONTACT_MARGIN] = min(s.x - stop.lowest, stop.highest - s.x)
+        out[CONTACT_MARGIN] = min(x - stop.lowest, stop.highest - x)
         return
-    f = _beyond(stop, segment, s.x)
+    d = _way_beyond(stop, segment, x)
     sign = -1.0 if segment in (AT_LOWEST, BELOW) else 1.0
-    out[CONTACT_MARGIN] = sign * f / stop.stiffness
-    if link.damping > 0.0:
-        force = sign * (f + link.damping * s.rate)
+    out[CONTACT_MARGIN] = sign * d
+    if stop.damping > 0.0:
+        force = sign * (stop.stiffness * d + stop.damping * rate)
         pressed = segment in (AT_LOWEST, AT_HIGHEST)
         out[SEGMENT_MARGIN] = force if pressed else -force
 
 
 @kernel
-def transition(stop, which, mode, s):
-    """The next mode, after margin ``which`` has reached zero."""
-    segment = mode[SEGMENT]
+def next_segment(stop, which, segment, x, rate):
+    """The next segment, after margin ``which`` has reached zero."""
     if which == SEGMENT_MARGIN:
         shift = BELOW - AT_LOWEST
-        mode[SEGMENT] = segment + shift if segment < BELOW else segment - shift
-    elif segment != AWAY:
-        mode[SEGMENT] = AWAY
-    elif s.x - stop.lowest < stop.highest - s.x:
-        mode[SEGMENT] = AT_LOWEST if s.rate < 0.0 else BELOW
-    else:
-        mode[SEGMENT] = AT_HIGHEST if s.rate > 0.0 else ABOVE
+        return segment + shift if segment < BELOW else segment - shift
+    if segment != AWAY:
+        return AWAY
+    if x - stop.lowest < stop.highest - x:
+        return AT_LOWEST if rate < 0.0 else BELOW
+    return AT_HIGHEST if rate > 0.0 else ABOVE
 
 
 @kernel
-def set_initial_mode(link, stop, mode, s):
-    """The mode of a stop that becomes active."""
-    mode[SEGMENT] = AWAY
-    if s.x < stop.lowest:
-        pressed = stop.stiffness * (s.x - stop.lowest) + link.damping * s.rate < 0.0
-        mode[SEGMENT] = AT_LOWEST if pressed else BELOW
-    elif s.x > stop.highest:
-        pressed = stop.stiffness * (s.x - stop.highest) + link.damping * s.rate > 0.0
-        mode[SEGMENT] = AT_HIGHEST if pressed else ABOVE
+def initial_segment(stop, x, rate):
+    """The segment of a stop that becomes active."""
+    if x < stop.lowest:
+        pressed = stop.stiffness * (x - stop.lowest) + stop.damping * rate < 0.0
+        return AT_LOWEST if pressed else BELOW
+    if x > stop.highest:
+        pressed = stop.stiffness * (x - stop.highest) + stop.damping * rate > 0.0
+        return AT_HIGHEST if pressed else ABOVE
+    return AWAY

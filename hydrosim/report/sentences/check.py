@@ -37,7 +37,7 @@ from hydrosim.report.sentences.run import radiation_verdict
 from hydrosim.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Joint, Scene, Weight
 from hydrosim.scene.damping import ViscousRoll
-from hydrosim.scene.joint import JointType, MotionKind
+from hydrosim.scene.joint import MotionKind, Rod
 from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.scene import arrangement, floating_roots
 from hydrosim.scene.signal import Harmonic, Recorded
@@ -59,7 +59,7 @@ def describe_joints(scene: Scene) -> Iterator[str]:
         yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{friction}{restoring}"
     for name in joint_tree.loops:
         joint = scene.joints[name]
-        role = "keeps a distance" if joint.type == JointType.ROD else "closes a loop"
+        role = "keeps a distance" if isinstance(joint, Rod) else "closes a loop"
         yield f"{name}: {_bodies_of_joint(joint)}; {role}, held by constraint forces"
     for name in joint_tree.passing:
         yield f"{name}: {_bodies_of_joint(scene.joints[name])}; a constraint while it is closed"
@@ -74,14 +74,15 @@ def _load_friction_texts(joint: Joint) -> Iterator[str]:
     """What friction grows with, and the lever of a push along the axis from which a guide jams."""
     for motion, acting in zip(joint.motions, joint.resistances, strict=False):
         friction = acting.friction
-        if friction is None or not friction.kinetic_coefficient:
+        if friction is None or not friction.coefficients[1]:
             continue
+        static, kinetic = friction.coefficients
         yield (
-            f". Friction of {motion.name.replace('_', ' ')}: {friction.static_coefficient:g} of the"
-            f" load of its bearings at rest, {friction.kinetic_coefficient:g} in motion"
+            f". Friction of {motion.name.replace('_', ' ')}: {static:g} of the"
+            f" load of its bearings at rest, {kinetic:g} in motion"
         )
-        if motion.kind == MotionKind.SLIDE and isfinite(friction.bearing_distance):
-            lever = friction.bearing_distance / (2.0 * friction.static_coefficient)
+        if motion.kind == MotionKind.SLIDE and isfinite(distance := friction.levers[2]):
+            lever = distance / (2.0 * static)
             yield f"; pushed more than {lever:.3g} m beside the joint it jams"
 
 
