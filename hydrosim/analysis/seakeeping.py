@@ -24,6 +24,7 @@ from hydrosim.integrate.names import coordinate_at, coordinate_names, coordinate
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.multibody.kinematics import are_lengths, own_coordinates
+from hydrosim.results.dataset import ResultKind
 from hydrosim.results.variables import units_of
 from hydrosim.scene import FreeSurface, Question, Scene
 from hydrosim.statistics.gaussian import find_excursions
@@ -105,6 +106,7 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
         *response.contact_remarks(compiled, rest, about, wanted.contacts),
     ]
     dataset.attrs.update(
+        kind=ResultKind.ANALYSIS.value,
         title=scene.title,
         time=wanted.time,
         residual=rest.residual,

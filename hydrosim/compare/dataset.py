@@ -21,6 +21,7 @@ from hydrosim.compare.studies import SIGNIFICANCE_LEVEL
 from hydrosim.compare.studies import StudyComparison as Studies
 from hydrosim.errors import InputError
 from hydrosim.files.text import unreadable_reason
+from hydrosim.results.dataset import KIND, ResultKind, load_result
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
@@ -110,7 +111,10 @@ def to_dataset(
         dataset[name].attrs["long_name"] = text
     dataset.tolerance.attrs["long_name"] = "largest permitted rms over std, or rms of a constant"
     dataset.attrs.update(
-        attributes, compared=comparison.overlap.method, band_edges=comparison.edges
+        attributes,
+        kind=ResultKind.COMPARISON.value,
+        compared=comparison.overlap.method,
+        band_edges=comparison.edges,
     )
     dataset.attrs.update(guessed=int(comparison.guessed), unused="\n".join(comparison.unused))
     dataset.attrs["zero_in_both"] = "\n".join(comparison.zero)
@@ -151,7 +155,8 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
         "durations": "\n".join(comparison.durations),
     }
     counts |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
-    return xr.Dataset(values | figures, coords, {**attributes, **counts})
+    kind = {KIND: ResultKind.SET_COMPARISON.value}
+    return xr.Dataset(values | figures, coords, {**kind, **attributes, **counts})
 
 
 def _attribute_number(value: float | bool) -> float | int:
@@ -185,7 +190,7 @@ def read_result(path: Path) -> xr.Dataset:
     if reason := unreadable_reason(path):
         raise InputError(f"{path}: {reason}; expected netCDF.")
     try:
-        return xr.load_dataset(path, engine="netcdf4", decode_times=False)
+        return load_result(path, decode_times=False)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); is it complete?") from None
 

@@ -2,7 +2,7 @@
 
 If degrees of freedom have different units, `dof_units` replaces `units`, and a coordinate such as
 `force_unit` (dof) holds the same beside the values. Variables of no interest but for a restart have
-the attribute `purpose: restart`.
+the attribute `purpose: restart`, and a group `restart` in the file of a run.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from hydrosim.elements import ELEMENT_KINDS
 from hydrosim.elements.kind import Variable
 from hydrosim.files.series import unit_of
+from hydrosim.results.dataset import PURPOSE, RESTART
 from hydrosim.results.phases import Phase
 
 if TYPE_CHECKING:
@@ -104,10 +105,8 @@ UNITS_BY_DOF = {
     "N s or N m s": "impulse_unit",
 }
 """Coordinates with the units of the six degrees of freedom."""
-RESTART = ("state", "memory_", "radiation_dof")
+RESTART_PREFIXES = ("state", "memory_", "radiation_dof")
 """Beginnings of the names of dimensions and coordinates that only serve to continue a run."""
-PURPOSE = "purpose"
-"""Attribute of what a run keeps to be continued."""
 VARIABLES: dict[str, Variable] = ELEMENT_VARIABLES | {
     name: variable for kind in ELEMENT_KINDS for name, variable in kind.variables.items()
 }
@@ -173,8 +172,8 @@ def describe(dataset: xr.Dataset) -> None:
         dataset.variables[name].attrs.update(attributes)
     describe_coordinates(dataset)
     for variable_name, array in dataset.variables.items():
-        if any(str(label).startswith(RESTART) for label in (variable_name, *array.dims)):
-            array.attrs[PURPOSE] = "restart"
+        if any(str(label).startswith(RESTART_PREFIXES) for label in (variable_name, *array.dims)):
+            array.attrs[PURPOSE] = RESTART
 
 
 def describe_coordinates(dataset: xr.Dataset) -> None:

@@ -19,6 +19,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, unit_of_dof, units_of
 from hydrosim.files.text import escape_unprintable
 from hydrosim.results.channels import lowest_value
+from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import RUN
 from hydrosim.results.validation import DESIGN
@@ -220,7 +221,7 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
         )
         for name in names
     }
-    return xr.Dataset(columns)
+    return xr.Dataset(columns, attrs={KIND: ResultKind.EXTREMES.value})
 
 
 def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:

@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from hydrosim.files.series import STATISTIC_UNITS
 from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
-from hydrosim.results.dataset import new_dataset
+from hydrosim.results.dataset import KIND, ResultKind, new_dataset
 from hydrosim.results.phases import Phase, stages
 from hydrosim.results.variables import describe_coordinates, units_of
 from hydrosim.statistics.extremes import (
@@ -106,6 +106,7 @@ def statistics(
     variables, coords, attributes = columns(run, start, exposure, channels)
     made = new_dataset({**variables, **unit_statistics(run)}, coords, attributes)
     describe_coordinates(made)
+    made.attrs[KIND] = ResultKind.STATISTICS.value
     return made
 
 

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError, SimulationError
+from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.scene import LinearScenes, Method, Scene, Tolerance
 from hydrosim.simulation import simulate
 
@@ -105,8 +106,13 @@ def to_dataset(study: ConvergenceStudy, title: str) -> xr.Dataset:
     data["evaluations"] = ("trial", [t.evaluations for t in trials], {"units": "1"})
     data["setting"] = ("trial", [t.setting for t in trials], {"units": "s, or relative tolerance"})
     coords = {"method": ("trial", [str(t.method) for t in trials])}
-    reference = {"reference_step": study.reference_step, "reference_error": study.reference_error}
-    return xr.Dataset(data, coords=coords, attrs={"title": title, **reference})
+    attributes = {
+        KIND: ResultKind.CONVERGENCE.value,
+        "title": title,
+        "reference_step": study.reference_step,
+        "reference_error": study.reference_error,
+    }
+    return xr.Dataset(data, coords=coords, attrs=attributes)
 
 
 def _all_settings(

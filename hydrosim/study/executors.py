@@ -27,7 +27,7 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import ENDING_SIGNALS
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.results.channels import channel_names, match_channels
-from hydrosim.results.dataset import new_dataset
+from hydrosim.results.dataset import KIND, new_dataset
 from hydrosim.results.ledger import COMPANION, CONTACT_FORCE, EVALUATIONS, PARTED, RELATIVE
 from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
@@ -53,7 +53,7 @@ COUNT_ATTRIBUTES = {
 PER_RUN_ATTRIBUTES = {
     *(*COUNT_ATTRIBUTES, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"),
     *(RELATIVE, CONTACT_FORCE, PARTED, COMPANION, EVALUATIONS),
-    *("status", "status_message", "format", "date_created"),
+    *("status", "status_message", "format", "date_created", KIND),
 }
 """Attributes of a run that are no attributes of the set."""
 

@@ -34,9 +34,9 @@ from hydrosim.files import outputs
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.locks import is_lock
 from hydrosim.files.yaml_nodes import locating_in
-from hydrosim.results.dataset import write_run
+from hydrosim.results.dataset import KIND, ResultKind, write_run
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
-from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter
+from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter, index_by_seed
 from hydrosim.results.validation import DESIGN
 from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
@@ -145,6 +145,7 @@ def simulate_many(
     result = None if output is None else outputs.as_output(output, "sweep")
     mark = "" if result is None else result.mark
     attributes_of_file = {
+        KIND: ResultKind.SET.value,
         "error_estimates": ESTIMATE_NOTE,
         **({} if form is None else form.attributes),
         **(attributes or {}),
@@ -166,7 +167,7 @@ def simulate_many(
 
     if result is None:
         with TemporaryDirectory() as folder:
-            return _index_by_seed(
+            return index_by_seed(
                 xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
             )
     values = {name: variables_of_runs[name].values for name in along}
@@ -187,12 +188,7 @@ def simulate_many(
         place.take(path)
         if all_ended:
             journal.remove()
-    return _index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
-
-
-def _index_by_seed(runs: xr.Dataset) -> xr.Dataset:
-    """Runs that can be selected by their seeds."""
-    return runs.set_xindex("seed") if "seed" in runs.coords else runs
+    return index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
 
 
 def _check_labels(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
@@ -450,7 +446,7 @@ def run_study(
             channels=study.kept.channels,
             labels=study.labels,
             figures=study.figures,
-            attributes={DESIGN: study.design},
+            attributes={KIND: ResultKind.STUDY.value, DESIGN: study.design},
             start=study.kept.start,
             workers=workers,
             progress=progress,

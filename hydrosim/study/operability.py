@@ -34,6 +34,7 @@ from hydrosim.files.document_layout import text_of
 from hydrosim.files.document_nodes import Value
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.yaml_nodes import locating_in
+from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.journal import Journal, StoredRun
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.simulation import prepare_scene
@@ -519,6 +520,7 @@ class _LimitTable:
             ),
         }
         attributes = {
+            KIND: ResultKind.OPERABILITY.value,
             "title": study.scene.title,
             "probability": study.wanted.probability,
             "confidence": CONFIDENCE,
