@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 EARTH_FRAME = "earth"
 HEADING = "axes that turn with the yaw of the body"
 MIXED = "SI"  # for numbers with different units
+OF_CHANNEL = "unit of the channel"  # for numbers of channels
+UNIT_COMMENTS = {
+    MIXED: "each number in SI, angles in rad",
+    OF_CHANNEL: "each in the unit of its channel",
+}
 ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" is a prefix
     "position": Variable(
         "displacement of the centre of gravity from rest; angles", "m or rad", EARTH_FRAME
@@ -75,7 +80,9 @@ ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" 
 }
 LABELS = {  # names of coordinates, with what their labels name
     "axis": "axis of the frame",
+    "band": "band of frequencies",
     "channel": "channel of the run",
+    "column": "column of the recording",
     "direction": "axis of the frame",
     "dof": "degree of freedom",
     "extreme": "most probable extreme of a run and its interval; extreme of another run",
@@ -88,6 +95,7 @@ LABELS = {  # names of coordinates, with what their labels name
     "point": "named point of a body",
     "probe": "wave probe",
     "pto": "power take-off",
+    "recorded_in": "unit of the recording",
     "radiation_dof": "coordinate whose motion radiates waves",
     "side": "side of an extreme",
     "span": "stage of the run",
@@ -95,6 +103,7 @@ LABELS = {  # names of coordinates, with what their labels name
     "statistic": "statistic of a channel",
     "trigger": "element or pump with a condition",
     "unit": "unit of the channel",
+    "units": "unit of the channel",
 }
 """What labels of coordinates name. Of others it is the name of the coordinate."""
 UNITS_BY_DOF = {
@@ -113,11 +122,18 @@ VARIABLES: dict[str, Variable] = ELEMENT_VARIABLES | {
 
 
 def units_of(units: str) -> dict[str, str]:
-    """The common unit; or units of the six degrees of freedom; or a note that each number has its
-    own."""
+    """The common unit, none of texts; or units of the six degrees of freedom; or a note that each
+    number has its own."""
     if " or " in units:
         return {"dof_units": ", ".join(_units_by_dof(units))}
-    return {"comment": "each number in SI, angles in rad"} if units == MIXED else {"units": units}
+    if units in UNIT_COMMENTS:
+        return {"comment": UNIT_COMMENTS[units]}
+    return {"units": units} if units else {}
+
+
+def quantity_attributes(long_name: str, units: str = "") -> dict[str, str]:
+    """Attributes of a variable, with `units_of` its ``units``."""
+    return {"long_name": long_name, **units_of(units)}
 
 
 def unit_coordinates(

@@ -26,7 +26,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import CONTACT_WEIGHT, STAGE_TIME, STAGES, Phase
-from hydrosim.results.variables import describe_coordinates, units_of
+from hydrosim.results.variables import describe_coordinates, quantity_attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +97,7 @@ def explain_run(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) 
     explanations = xr.concat(explained, "span", join="exact").drop_vars("time", errors="ignore")
     for name, (what, unit) in VARIABLE_LABELS.items():
         if name in explanations:
-            explanations[name].attrs = {"long_name": what, **units_of(unit)}
+            explanations[name].attrs = quantity_attributes(what, unit)
     describe_coordinates(explanations)
     explanations.attrs[KIND] = ResultKind.EXPLANATION.value
     return explanations

@@ -38,6 +38,7 @@ from hydrosim.results.dataset import KIND, ResultKind, write_run
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter, index_by_seed
 from hydrosim.results.validation import DESIGN
+from hydrosim.results.variables import quantity_attributes
 from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene, simulate
@@ -251,17 +252,12 @@ def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     if not seeds[0] or len({len(seeds) for seeds in seeds}) > 1:
         return {}
     first, *others = np.array(seeds).T
-    variables = {"seed": _seed_variable(first, "seed of the waves")}
+    variables = {"seed": xr.Variable(RUN, first, quantity_attributes("seed of the waves", "1"))}
     if any((other != first).any() for other in others):
         for k, other in enumerate(others, 2):
-            variables[f"seed_{k}"] = _seed_variable(
-                other, f"seed of wave train {k}, or of the gusts"
-            )
+            attributes = quantity_attributes(f"seed of wave train {k}, or of the gusts", "1")
+            variables[f"seed_{k}"] = xr.Variable(RUN, other, attributes)
     return variables
-
-
-def _seed_variable(values: np.ndarray, what: str) -> xr.Variable:
-    return xr.Variable(RUN, values, {"units": "1", "long_name": what})
 
 
 def _new_variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
