@@ -28,7 +28,8 @@ MAX_CACHED_INDEXES = 16  # sets of indexes
 def new_dataset(
     data: Mapping[Any, Any], coords: Mapping[str, Any], attributes: Mapping[str, Any] | None = None
 ) -> xr.Dataset:
-    """`xarray.Dataset` with the same arguments."""
+    """`xarray.Dataset` with the same arguments. Coordinates along their own dimension come first,
+    so that titles of plots begin with them."""
     import xarray as xr  # slow to load, and no run needs it before its end
 
     indexes = {
@@ -37,7 +38,8 @@ def new_dataset(
         if _dims_of_variable(name, values) == (name,)
     }
     others = {name: values for name, values in coords.items() if name not in indexes}
-    made = xr.Dataset({**data, **others}, _cached_coordinates(pickle.dumps(indexes)), attributes)
+    made = _cached_coordinates(pickle.dumps(indexes)).to_dataset().assign({**data, **others})
+    made.attrs.update(attributes or {})
     return made.set_coords(others) if others else made
 
 

@@ -31,10 +31,10 @@ class VariableContent(NamedTuple):
 
 def new_run_data(data: Mapping[str, Any], coords: Mapping[str, Any]) -> xr.Dataset:
     """`RunData` of tuples (dims, values) and (dims, values, attributes). Coordinates along their
-    own dimension come last, as in `xarray.Dataset`."""
+    own dimension come first, as in `new_dataset`."""
     contents = {name: _content_of(content) for name, content in {**data, **coords}.items()}
-    last = {name: content for name, content in contents.items() if content.dims == (name,)}
-    return cast("xr.Dataset", RunData({**_leave_out(contents, last), **last}, coords, {}))
+    first = {name: content for name, content in contents.items() if content.dims == (name,)}
+    return cast("xr.Dataset", RunData({**first, **_leave_out(contents, first)}, coords, {}))
 
 
 def as_xarray(run: xr.Dataset) -> xr.Dataset:

@@ -132,8 +132,10 @@ def units_of(units: str) -> dict[str, str]:
 
 
 def quantity_attributes(long_name: str, units: str = "") -> dict[str, str]:
-    """Attributes of a variable, with `units_of` its ``units``."""
-    return {"long_name": long_name, **units_of(units)}
+    """Attributes of a variable, with `units_of` its ``units``. Several units stand in its name,
+    for labels of plots."""
+    name = f"{long_name} [{units}]" if " or " in units else long_name
+    return {"long_name": name, **units_of(units)}
 
 
 def unit_coordinates(
@@ -178,8 +180,7 @@ def describe(dataset: xr.Dataset) -> None:
         what = name[len(key) :].replace("_", " ") if key.endswith("_") else ""
         long_name = f"{what}: {variable.long_name}" if what else variable.long_name
         attributes: dict[str, object] = {
-            "long_name": long_name,
-            **units_of(variable.units),
+            **quantity_attributes(long_name, variable.units),
             "frame": variable.frame,
         }
         if variable.flags:
