@@ -38,9 +38,8 @@ def new_dataset(
         if _dims_of_variable(name, values) == (name,)
     }
     others = {name: values for name, values in coords.items() if name not in indexes}
-    made = _cached_coordinates(pickle.dumps(indexes)).to_dataset().assign({**data, **others})
-    made.attrs.update(attributes or {})
-    return made.set_coords(others) if others else made
+    made = xr.Dataset({**data, **others}, _cached_coordinates(pickle.dumps(indexes)), attributes)
+    return made.set_coords([*others])[[*indexes, *data, *others]]
 
 
 def differing(first: xr.Dataset, second: xr.Dataset) -> str | None:
