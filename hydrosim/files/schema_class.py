@@ -211,7 +211,8 @@ class SchemaClass(metaclass=CheckedClass):
         return f"{type(self).__name__}({', '.join(values)})"
 
     def __hash__(self) -> int:
-        return hash(type(self))
+        values = (getattr(self, field.name) for field in dataclasses.fields(self))
+        return hash((type(self), *(x for x in values if isinstance(x, str | float))))
 
     def as_written(self, key: str) -> Any:
         """The value of a key in the form that a file gives it in."""
