@@ -19,7 +19,7 @@ QUESTIONS = (
     *("start_up", "steps_per_second", "method_costs", "step_limits", "wave_models"),
     *("many_runs", "kills"),
 )
-LONG = ("evidence", "work_precision", "chain", "flume")  # if named
+LONG = ("evidence", "work_precision", "chain", "flume", "database_cost")  # if named
 
 
 def main(asked: list[str]) -> None:

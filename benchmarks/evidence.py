@@ -1,7 +1,7 @@
 """What was held against what, and how far is hydrosim from it?
 
 Runs the tests that note lines of evidence with the fixture `validated`. With --keep the lines are
-written into the package, into docs/evidence.md, and ten of them into README.md.
+written into the package, into docs/reference/evidence.md, and ten of them into README.md.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hydrosim.report.evidence import FILE, EvidenceLine, Feature, Kind, known_li
 
 NAME = "evidence"
 """Name of the plugin, which the fixture asks for, and of what it notes in reports."""
-PAGE = ROOT / "docs" / "evidence.md"
+PAGE = ROOT / "docs" / "reference" / "evidence.md"
 README = ROOT / "README.md"
 BEGIN, END = "<!-- lines: python -m benchmarks --keep evidence -->", "<!-- end of lines -->"
 FIRST_PAGE: tuple[tuple[str, str], ...] = (

@@ -1,7 +1,8 @@
-"""Pages of the keys of a file, from its JSON schema: meaning, unit, default, example of each key.
+"""The pages of `docs/reference/`: keys of files from their JSON schema, and commands.
 
-A section is a mapping of the file. Its title is the first place where the mapping may stand, such
-as ``bodies.NAME.tanks.NAME``. Mappings with the same keys share a section.
+``python docs/key_pages.py`` writes them. Each key has its meaning, unit, default and example. A
+section is a mapping of the file. Its title is the first place where the mapping may stand, such as
+``bodies.NAME.tanks.NAME``. Mappings with the same keys share a section.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -21,6 +23,34 @@ DIRECTIONS = {"surge", "sway", "heave", "roll", "pitch", "yaw"}
 PREFIX = re.compile(r"^(With|Without)_")  # of definitions in the schema of files of two kinds
 PLAIN = {"string": "a text", "boolean": "true or false", "integer": "a whole number"}
 QUOTE = "'"
+FOLDER = Path(__file__).parent / "reference"
+INTRODUCTIONS = {
+    "keys.md": """# Keys of a case file
+
+Here you look up what a key of a case means, its unit, its default and an example. `hydrosim new`
+writes a case to begin with, and `hydrosim check` names the line of a mistake.
+""",
+    "study_keys.md": """# Keys of a study file
+
+Here you look up the keys of a study, which `hydrosim study` takes. [Many runs](../studies.md) says
+what it is for.
+""",
+    "recipe_keys.md": """# Keys of a recipe
+
+Here you look up how to describe a hull of which `hydrosim db build` computes a database.
+[Recipes](../recipes.md) shows whole ones.
+""",
+}
+READING = """A number without a unit is in the unit of the third column. A text may carry any other
+unit of that kind, such as `"12.4 m"`. `NAME` stands for a name that you choose. A key without a
+default may be left out unless it is needed. `hydrosim new --schema {kind}` prints the same for
+editors. This page is written by `python docs/key_pages.py`.
+"""
+COMMANDS = """# Commands
+
+Here you look up a command and its options, as `hydrosim COMMAND --help` prints them. The
+[cookbook](../cookbook.md) shows them at work. This page is written by `python docs/key_pages.py`.
+"""
 HEAD = "| key | meaning | unit | if not given | example |\n| --- | --- | --- | --- | --- |"
 
 
@@ -35,8 +65,8 @@ class Section:
 
     @property
     def anchor(self) -> str:
-        """Its name in links."""
-        return re.sub(r"\W+", "-", self.title.lower()).strip("-")
+        """Its name in links, as GitHub and mkdocs make it from the title."""
+        return re.sub(r"[^\w -]", "", self.title.lower()).replace(" ", "-")
 
 
 class Pages:
@@ -111,7 +141,7 @@ class Pages:
         return next(each for each in tried if each not in taken)
 
     def _section(self, section: Section) -> str:
-        lines = [f"\n{'#' * section.level} {section.title} {{#{section.anchor}}}\n"]
+        lines = [f"\n{'#' * section.level} {section.title}\n"]
         if said := section.schema.get("description", ""):
             lines.append(f"{' '.join(said.split())}\n")
         lines.append(HEAD)
@@ -273,3 +303,45 @@ def _plain(value: object) -> object:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:.6g}" if isinstance(value, float) else value
+
+
+def reference_pages() -> dict[Path, str]:
+    """All pages of the reference: file and text."""
+    from hydrosim.interface.new import FileKind, schema_of
+
+    pages = {}
+    for kind, name in zip(FileKind, INTRODUCTIONS, strict=True):
+        reading = READING.format(kind=kind.value)
+        pages[FOLDER / name] = f"{INTRODUCTIONS[name]}\n{reading}\n{pages_of(schema_of(kind))}"
+    pages[FOLDER / "commands.md"] = COMMANDS + "".join(_all_commands())
+    return {path: f"{text.rstrip()}\n" for path, text in pages.items()}
+
+
+def _all_commands() -> list[str]:
+    from typer.main import get_command
+
+    from hydrosim.__main__ import app
+
+    return _command(get_command(app), "hydrosim")
+
+
+def _command(command: Any, name: str) -> list[str]:
+    """A section of a command, or those of the commands below it, in the order of use."""
+    if hasattr(command, "commands"):
+        commands = command.commands.items()
+        return [part for word, inner in commands for part in _command(inner, f"{name} {word}")]
+    table = "| option | what it does | if not given |\n| --- | --- | --- |\n"
+    lines = [f"\n## {name}\n\n{command.help}\n\n{table}"]
+    for option in command.params:
+        names = ", ".join(f"`{x}`" for x in getattr(option, "opts", [option.name]))
+        default = option.default
+        shown = "" if default in (None, False, "", [], ()) or callable(default) else f"`{default}`"
+        text = (getattr(option, "help", "") or "").replace("|", "or")
+        lines.append(f"| {names} | {text} | {'needed' if option.required else shown} |\n")
+    return lines
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for path, text in reference_pages().items():
+        path.write_text(text, "utf-8")

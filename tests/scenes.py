@@ -4,10 +4,11 @@ moored, free floating or pressed against the topside."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import lru_cache
+from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -246,6 +247,96 @@ def straight_curve(stiffness: float, damping: float = 0.0) -> NormalCurve:
 def foot(normal: NormalCurve | PrescribedNormal, friction: Law) -> Fender:
     """The origin of the block on the floor."""
     return Fender("block", np.zeros((1, 3)), FLOOR, normal, friction)
+
+
+class Stops(NamedTuple):
+    """Stops of a motion of a joint that may be a turn or a slide."""
+
+    lowest: float
+    highest: float
+    stiffness: float
+    damping: float = 0.0
+
+
+class JointFriction(NamedTuple):
+    """Its friction; bearings are one radius from the axis of a turn."""
+
+    static: float = 0.0
+    kinetic: float = 0.0
+    static_coefficient: float = 0.0
+    kinetic_coefficient: float = 0.0
+    radius: float = 1.0
+    collar_radius: float = 0.0
+    bearing_distance: float = inf
+
+
+class Acting(NamedTuple):
+    """What acts in a motion of a joint, and its start."""
+
+    stiffness: float = 0.0
+    neutral: float = 0.0
+    damping: float = 0.0
+    stops: Stops | None = None
+    friction: JointFriction | None = None
+    position: float = 0.0
+    velocity: float = 0.0
+
+
+MOTION_KEYS = {
+    "cylindrical": ("slide", "turn"),
+    "universal": ("first", "second"),
+    "planar": ("first", "second", "turn"),
+}
+
+
+def joint_of(kind: str, body: str, to: str | None = None, *acting: Acting, **keys: Any) -> hs.Joint:
+    """A joint of a kind, with ``axis`` and ``second_axis`` as far as it has them (else along or
+    about z); what is ``acting`` in its motions, nothing without."""
+    cls = getattr(hs, kind.capitalize())
+    known = cls.schema_fields()
+    axes = {"axis": (0.0, 0.0, 1.0), "second_axis": keys.pop("second_axis", None), **keys}
+    given = {k: x for k, x in axes.items() if k in known or k not in ("axis", "second_axis")}
+    joint = cls(body, to, **given)
+    return with_motions(joint, *acting) if acting else joint
+
+
+def with_motions(joint: hs.Joint, *acting: Acting) -> hs.Joint:
+    """The same joint with this ``acting`` in its motions."""
+    if joint.type == "ball":
+        start = hs.BallInitial([a.position for a in acting], [a.velocity for a in acting])
+        (damping,) = {a.damping for a in acting}
+        return replace(joint, damping=damping, initial=start)
+    forms = [_form_of(a, m.kind == "slide") for a, m in zip(acting, joint.motions, strict=True)]
+    if joint.type in MOTION_KEYS:
+        return replace(joint, **dict(zip(MOTION_KEYS[joint.type], forms, strict=True)))
+    return replace(joint, **{f.name: getattr(forms[0], f.name) for f in fields(forms[0])})
+
+
+def _form_of(acting: Acting, slides: bool) -> hs.Slide | hs.Turn:
+    start = (hs.SlideInitial if slides else hs.TurnInitial)(acting.position, acting.velocity)
+    keys = {"initial": start, **dict(zip(Acting._fields[:3], acting, strict=False))}
+    if acting.stops:
+        ends = (acting.stops[:2], *acting.stops[2:])
+        keys["stops"] = (hs.SlideStops if slides else hs.TurnStops)(*ends)
+    if acting.friction:
+        rubs = (hs.SlideFriction if slides else hs.TurnFriction)(**_friction_keys(acting, slides))
+        keys["friction"] = rubs
+    return (hs.Slide if slides else hs.Turn)(**keys)
+
+
+def _friction_keys(acting: Acting, slides: bool) -> dict[str, float | None]:
+    of = acting.friction
+    given = "force" if slides else "moment"
+    keys = {f"static_{given}": of.static, f"kinetic_{given}": of.kinetic} if of.static else {}
+    if not of.static_coefficient:
+        return keys
+    for key in ("static_coefficient", "kinetic_coefficient"):
+        keys[key] = getattr(of, key)
+    apart = None if of.bearing_distance == inf else of.bearing_distance
+    if slides:
+        return {**keys, "guide_length": apart}
+    levers = {"radius": of.radius or None, "collar_radius": of.collar_radius or None}
+    return {**keys, **levers, "bearing_distance": apart}
 
 
 def stream_of(velocity: np.ndarray) -> Stream:

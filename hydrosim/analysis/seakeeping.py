@@ -24,7 +24,8 @@ from hydrosim.integrate.names import coordinate_at, coordinate_names, coordinate
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.multibody.kinematics import are_lengths, own_coordinates
-from hydrosim.results.variables import units_of
+from hydrosim.results.dataset import ResultKind
+from hydrosim.results.variables import describe_coordinates, quantity_attributes
 from hydrosim.scene import FreeSurface, Question, Scene
 from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.tanks.shapes import heel_and_trim
@@ -104,7 +105,9 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
         *_free_surface_remarks(scene, rest, dataset),
         *response.contact_remarks(compiled, rest, about, wanted.contacts),
     ]
+    describe_coordinates(dataset)
     dataset.attrs.update(
+        kind=ResultKind.ANALYSIS.value,
         title=scene.title,
         time=wanted.time,
         residual=rest.residual,
@@ -204,7 +207,7 @@ def _rest_dataset(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
             "drift_load": (
                 MOTION_DIMS,
                 loads.reshape(-1, 6),
-                _attributes("mean loads in directions without stiffness", "N or N m"),
+                quantity_attributes("mean loads in directions without stiffness", "N or N m"),
             ),
         },
         coords=_bodies(scene),
@@ -224,20 +227,32 @@ def _mode_dataset(
     free = [mode.kind == ModeKind.FREE for mode in modes]
     dims, by_body = ("mode", *MOTION_DIMS), (len(modes), len(scene.bodies), 6)
     damping = np.where(free, np.nan, [m.damping_ratio for m in modes])
+    names = [_mode_name(scene, mode) for mode in modes]
     return xr.Dataset(
         {
             "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "kind of decay"}),
-            "natural_period": ("mode", [m.natural_period for m in modes], _attributes("", "s")),
-            "damped_period": ("mode", [m.damped_period for m in modes], _attributes("", "s")),
-            "damping_ratio": ("mode", damping, _attributes("of critical", "1")),
+            "natural_period": (
+                "mode",
+                [m.natural_period for m in modes],
+                quantity_attributes("undamped natural period", "s"),
+            ),
+            "damped_period": (
+                "mode",
+                [m.damped_period for m in modes],
+                quantity_attributes("damped period", "s"),
+            ),
+            "damping_ratio": ("mode", damping, quantity_attributes("of critical", "1")),
             "mode_shape": (dims, shapes.reshape(by_body), _motion_attributes("undamped motion")),
             "mode_share": (
                 dims,
                 share.reshape(by_body),
-                _attributes("fraction of the kinetic energy", "1"),
+                quantity_attributes("fraction of the kinetic energy", "1"),
             ),
         },
-        coords={**_bodies(scene), "mode": [_mode_name(scene, mode) for mode in modes]},
+        coords={
+            **_bodies(scene),
+            "mode": ("mode", names, quantity_attributes("natural mode")),
+        },
     )
 
 
@@ -274,18 +289,22 @@ def _rao_dataset(scene: Scene, about: response.Responder, answer: UnitWaveAmplit
             "rao_amplitude": (
                 dims,
                 np.abs(motions),
-                _attributes("motion per wave amplitude", "m/m or rad/m"),
+                quantity_attributes("motion per wave amplitude", "m/m or rad/m"),
             ),
             "rao_phase": (
                 dims,
                 np.angle(motions),
-                _attributes("phase lead over the elevation", "rad"),
+                quantity_attributes("phase lead over the elevation", "rad"),
             ),
         },
         coords={
             **_bodies(scene),
-            "heading": ("heading", headings, _attributes("heading that the waves go to", "rad")),
-            "frequency": ("frequency", omega, _attributes("angular frequency", "rad/s")),
+            "heading": (
+                "heading",
+                headings,
+                quantity_attributes("heading that the waves go to", "rad"),
+            ),
+            "frequency": ("frequency", omega, quantity_attributes("angular frequency", "rad/s")),
         },
     )
 
@@ -309,12 +328,12 @@ def _joint_dataset(
             "joint_rao_amplitude": (
                 dims,
                 np.abs(motions),
-                _attributes("motion in a joint per wave amplitude", "m/m or rad/m"),
+                quantity_attributes("motion in a joint per wave amplitude", "m/m or rad/m"),
             ),
             "joint_rao_phase": (
                 dims,
                 np.angle(motions),
-                _attributes("phase lead over the elevation", "rad"),
+                quantity_attributes("phase lead over the elevation", "rad"),
             ),
             "joint_mode_shape": (
                 mode_dims,
@@ -324,7 +343,7 @@ def _joint_dataset(
             "joint_mode_share": (
                 mode_dims,
                 np.reshape([mode.share[-about.joints :] for mode in modes], shape),
-                _attributes("fraction of the kinetic energy", "1"),
+                quantity_attributes("fraction of the kinetic energy", "1"),
             ),
         },
         coords={"joint_motion": joints},
@@ -354,14 +373,26 @@ def _regular_wave_dataset(
             "regular_phase": (
                 dims,
                 np.angle(lead),
-                _attributes("phase lead over the elevation", "rad"),
+                quantity_attributes("phase lead over the elevation", "rad"),
             ),
         },
         coords={
             **_bodies(scene),
-            "wave_period": ("wave", 2.0 * np.pi / omega, _attributes("period of the wave", "s")),
-            "wave_amplitude": ("wave", amplitude, _attributes("amplitude of the wave", "m")),
-            "wave_heading": ("wave", heading, _attributes("heading that the wave goes to", "rad")),
+            "wave_period": (
+                "wave",
+                2.0 * np.pi / omega,
+                quantity_attributes("period of the wave", "s"),
+            ),
+            "wave_amplitude": (
+                "wave",
+                amplitude,
+                quantity_attributes("amplitude of the wave", "m"),
+            ),
+            "wave_heading": (
+                "wave",
+                heading,
+                quantity_attributes("heading that the wave goes to", "rad"),
+            ),
         },
     )
 
@@ -393,7 +424,7 @@ def _sea_dataset(
     def motion_variable(
         values: np.ndarray, what: str, unit: str = "m or rad"
     ) -> tuple[object, ...]:
-        return (MOTION_DIMS, values.reshape(-1, 6), _attributes(what, unit))
+        return (MOTION_DIMS, values.reshape(-1, 6), quantity_attributes(what, unit))
 
     return xr.Dataset(
         {
@@ -405,10 +436,17 @@ def _sea_dataset(
             "response_spectrum": (
                 ("sea_frequency", *MOTION_DIMS),
                 np.array(density).T.reshape(SPECTRUM_BINS, -1, 6),
-                _attributes("one-sided spectral density", "m^2 s/rad or rad s"),
+                quantity_attributes("one-sided spectral density", "m^2 s/rad or rad s"),
             ),
         },
-        coords={**_bodies(scene), "sea_frequency": 0.5 * (edges[1:] + edges[:-1])},
+        coords={
+            **_bodies(scene),
+            "sea_frequency": (
+                "sea_frequency",
+                0.5 * (edges[1:] + edges[:-1]),
+                quantity_attributes("angular frequency of waves", "rad/s"),
+            ),
+        },
     )
 
 
@@ -417,7 +455,9 @@ def _gust_dataset(scene: Scene, about: response.Responder) -> xr.Dataset:
     if scene.environment.gusts is None:
         return xr.Dataset()
     std = about.in_gusts().reshape(-1, 6)
-    attributes = _attributes("standard deviation in gusts, linear about the mean wind", "m or rad")
+    attributes = quantity_attributes(
+        "standard deviation in gusts, linear about the mean wind", "m or rad"
+    )
     return xr.Dataset({"gust_std": (MOTION_DIMS, std, attributes)}, coords=_bodies(scene))
 
 
@@ -459,8 +499,4 @@ def _bodies(scene: Scene) -> dict[str, object]:
 
 
 def _motion_attributes(what: str) -> dict[str, str]:
-    return _attributes(what, "m or rad")
-
-
-def _attributes(what: str, unit: str) -> dict[str, str]:
-    return {"long_name": what, **units_of(unit)}
+    return quantity_attributes(what, "m or rad")

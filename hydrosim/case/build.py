@@ -32,7 +32,7 @@ from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import CoordinateValue, Scale
 from hydrosim.scene.body import inertia_matrix
 from hydrosim.scene.damping import ViscousRoll
-from hydrosim.scene.joint_trees import arrange_joints
+from hydrosim.scene.scene import arrange_joints
 
 if TYPE_CHECKING:
     from hydrosim.case.schema import CaseFile

@@ -22,8 +22,8 @@ from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene.environment import CurrentPower, IrregularWaves
-from hydrosim.scene.joint_trees import arrange_joints
 from hydrosim.scene.links import CoordinateElement
+from hydrosim.scene.scene import arrange_joints
 from hydrosim.scene.signal import RecordedColumns
 
 # The output has forces of these names (`hydrosim.elements.kind`, which would load numba).

@@ -21,50 +21,56 @@ from hydrosim.compare.studies import SIGNIFICANCE_LEVEL
 from hydrosim.compare.studies import StudyComparison as Studies
 from hydrosim.errors import InputError
 from hydrosim.files.text import unreadable_reason
+from hydrosim.results.dataset import KIND, ResultKind, load_result
+from hydrosim.results.variables import OF_CHANNEL, describe_coordinates, quantity_attributes
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
-    "ours": "the run",
-    "recorded": "recording, in units and at the point of the run",
-    "residual": "ours minus recorded",
+    "ours": ("the run", OF_CHANNEL),
+    "recorded": ("recording, in units and at the point of the run", OF_CHANNEL),
+    "residual": ("ours minus recorded", OF_CHANNEL),
 }
 PER_CHANNEL = {
-    "rms": "rms of the residual",
-    "relative": "rms of the residual over the std recorded",
-    "std": "standard deviation recorded",
-    "peak": "largest residual",
-    "peak_time": "time of the largest residual [s]",
-    "mean": "mean of the residual",
-    "drift": "difference of drifts, from the first tenth of the time to the last",
-    "correlation": "correlation",
+    "rms": ("rms of the residual", OF_CHANNEL),
+    "relative": ("rms of the residual over the std recorded", "1"),
+    "std": ("standard deviation recorded", OF_CHANNEL),
+    "peak": ("largest residual", OF_CHANNEL),
+    "peak_time": ("time of the largest residual", "s"),
+    "mean": ("mean of the residual", OF_CHANNEL),
+    "drift": ("difference of drifts, from the first tenth of the time to the last", OF_CHANNEL),
+    "correlation": ("correlation", "1"),
 }
 OF_FIT = {
-    "gain": "in recorded(t) = gain ours(t - lag) + offset",
-    "lag": "in the same fit [s]",
-    "offset": "of it",
+    "gain": ("gain in recorded(t) = gain ours(t - lag) + offset", "1"),
+    "lag": ("lag in the same fit", "s"),
+    "offset": ("offset in the same fit", OF_CHANNEL),
 }
 PER_BAND = {
-    "band_rms": "rms of the residual, without its mean",
-    "band_ours": "standard deviation of the run",
-    "band_recorded": "standard deviation of the recording",
+    "band_rms": ("rms of the residual, without its mean", OF_CHANNEL),
+    "band_ours": ("standard deviation of the run", OF_CHANNEL),
+    "band_recorded": ("standard deviation of the recording", OF_CHANNEL),
 }
 OF_STUDIES = {
-    "ours_mean": ("ours", "mean over our runs"),
-    "theirs_mean": ("theirs", "mean over their runs"),
-    "difference": ("difference", "mean difference, ours minus theirs"),
-    "low": ("low", "lower end of its 90 % interval"),
-    "high": ("high", "upper end of its 90 % interval"),
-    "chance": ("chance", "probability of such a difference by chance"),
-    "differs": ("differs", "1 if it counts as different"),
+    "ours_mean": ("ours", "mean over our runs", OF_CHANNEL),
+    "theirs_mean": ("theirs", "mean over their runs", OF_CHANNEL),
+    "difference": ("difference", "mean difference, ours minus theirs", OF_CHANNEL),
+    "low": ("low", "lower end of its 90 % interval", OF_CHANNEL),
+    "high": ("high", "upper end of its 90 % interval", OF_CHANNEL),
+    "chance": ("chance", "probability of such a difference by chance", "1"),
+    "differs": ("differs", "1 if it counts as different", "1"),
 }
 NO_TOLERANCES = MappingProxyType[str, float]({})
 CONTACT = dict(
     zip(
         ContactComparison._fields,
-        ("first contact [s]",) * 2 + ("fraction of time in contact",) * 2,
+        (("first contact", "s"),) * 2 + (("fraction of time in contact", "1"),) * 2,
         strict=True,
     )
 )
+VERDICTS = {
+    "verdict": ("verdict", ""),
+    "tolerance": ("largest permitted rms over std, or rms of a constant", OF_CHANNEL),
+}
 
 
 def to_dataset(
@@ -106,11 +112,15 @@ def to_dataset(
             "band": ("band", list(BANDS)),
         },
     )
-    for name, text in (OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT).items():
-        dataset[name].attrs["long_name"] = text
-    dataset.tolerance.attrs["long_name"] = "largest permitted rms over std, or rms of a constant"
+    tables = OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT | VERDICTS
+    for name, (text, units) in tables.items():
+        dataset[name].attrs = quantity_attributes(text, units)
+    describe_coordinates(dataset)
     dataset.attrs.update(
-        attributes, compared=comparison.overlap.method, band_edges=comparison.edges
+        attributes,
+        kind=ResultKind.COMPARISON.value,
+        compared=comparison.overlap.method,
+        band_edges=comparison.edges,
     )
     dataset.attrs.update(guessed=int(comparison.guessed), unused="\n".join(comparison.unused))
     dataset.attrs["zero_in_both"] = "\n".join(comparison.zero)
@@ -127,7 +137,7 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
         name: (
             ("channel", dim),
             np.stack([channel.values[k] for channel in channels]),
-            {"long_name": meaning},
+            quantity_attributes(meaning, OF_CHANNEL),
         )
         for k, (name, dim, meaning) in enumerate(
             (("ours", "run", "in each of our runs"), ("theirs", "other_run", "in each of theirs"))
@@ -137,9 +147,9 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
         name: (
             "channel",
             [_attribute_number(getattr(channel, field)) for channel in channels],
-            {"long_name": meaning},
+            quantity_attributes(meaning, units),
         )
-        for name, (field, meaning) in OF_STUDIES.items()
+        for name, (field, meaning, units) in OF_STUDIES.items()
     }
     coords = {
         "channel": ("channel", [channel.channel for channel in channels]),
@@ -151,7 +161,10 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
         "durations": "\n".join(comparison.durations),
     }
     counts |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
-    return xr.Dataset(values | figures, coords, {**attributes, **counts})
+    kind = {KIND: ResultKind.SET_COMPARISON.value}
+    dataset = xr.Dataset(values | figures, coords, {**kind, **attributes, **counts})
+    describe_coordinates(dataset)
+    return dataset
 
 
 def _attribute_number(value: float | bool) -> float | int:
@@ -185,7 +198,7 @@ def read_result(path: Path) -> xr.Dataset:
     if reason := unreadable_reason(path):
         raise InputError(f"{path}: {reason}; expected netCDF.")
     try:
-        return xr.load_dataset(path, engine="netcdf4", decode_times=False)
+        return load_result(path, decode_times=False)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); is it complete?") from None
 

@@ -50,6 +50,8 @@ EXPORTED_ATTRIBUTES = (
     "case_resolved",
 )
 SUFFIXES = (".nc", ".csv", ".mat", ".parquet")
+SEVERAL_UNITS = re.compile(r" \[[^]]+ or [^]]+\]$")
+"""End of the long name of a variable whose channels have different units."""
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9]+")
 
 
@@ -150,7 +152,8 @@ def _identifier_ends() -> Iterator[str]:
 def _export_column(run: xr.Dataset, name: str, values: np.ndarray, unit: str) -> ExportColumn:
     kind, *of = name.split(".")
     attributes = run[kind].attrs if kind in run else {}
-    what = " ".join(str(attributes.get("long_name", kind.replace("_", " "))).split())
+    long_name = str(attributes.get("long_name", kind.replace("_", " ")))
+    what = " ".join(SEVERAL_UNITS.sub("", long_name).split())
     what = f"{', '.join(of)}: {what}" if of else what
     if "flag_values" in attributes:
         return ExportColumn(

@@ -24,8 +24,7 @@ from hydrosim.multibody.tree import (
 )
 from hydrosim.scene import Ball, Body, Hinge, Joint, Kinematics, Planar, Scene, Universal, Weight
 from hydrosim.scene.joint import JointMotion, MotionKind
-from hydrosim.scene.joint_trees import TreeJoint
-from hydrosim.scene.scene import arrangement, tree_joints
+from hydrosim.scene.scene import TreeJoint, arrangement, tree_joints
 
 # Trees of joints as arrays: their motions are coordinates.
 

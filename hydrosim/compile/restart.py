@@ -80,9 +80,9 @@ def opened_start(start: Start) -> Start:
     if "state_value" not in run or "state_kind" not in run:
         found_text = "has no states" if "state_value" not in run else "does not name its states"
         raise InputError(
-            f"initial.run: {_source_text(run)} {found_text}, so no run can start from"
-            " it; expected the"
-            " result of `hydrosim run` or simulate of this version. Run that case again."
+            f"initial.run: {_source_text(run)} {found_text}, so no run can start from it; expected"
+            " the result of `hydrosim run` or simulate of this version. Run that case again, or"
+            " read its file with hs.open_run."
         )
     return Start(run, _stored_time(run, start.time))
 

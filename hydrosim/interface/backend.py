@@ -15,6 +15,7 @@ import xarray as xr
 from xarray.backends import BackendEntrypoint
 
 from hydrosim.interface import accessor  # noqa: F401  it registers `run.hydrosim`
+from hydrosim.results.runs_file import index_by_seed
 
 
 class ResultBackend(BackendEntrypoint):
@@ -30,11 +31,13 @@ class ResultBackend(BackendEntrypoint):
         drop_variables: str | Iterable[str] | None = None,
         **_: Any,
     ) -> xr.Dataset:
-        """Dataset that reads from the file when asked; times are in seconds."""
+        """Dataset that reads from the file when asked; times are in seconds. Runs of a set are
+        selected by ``sel(seed=7)``."""
         path = Path(os.fspath(filename_or_obj))
-        return xr.open_dataset(
+        result = xr.open_dataset(
             path, engine="netcdf4", decode_times=False, drop_variables=drop_variables
         )
+        return index_by_seed(result)
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:
         """False: the engine netcdf4 opens the same files if none is named."""

@@ -24,7 +24,7 @@ from hydrosim.report.sentences.series import explanation_document, named_values
 from hydrosim.report.sentences.statistics import statistics_document
 from hydrosim.report.sentences.study import counts_by_status, study_tables
 from hydrosim.results.channels import channel_names, match_channels
-from hydrosim.results.dataset import read_run, write_run
+from hydrosim.results.dataset import ResultKind, kind_of, read_run, write_run
 from hydrosim.results.journal import GATHERED, runs_at
 from hydrosim.results.runs_file import COMPLETE, is_of_runs
 from hydrosim.simulation import open_run
@@ -49,28 +49,21 @@ def _read(result: Result, read: Callable[[Path], xr.Dataset] = read_run) -> xr.D
 # Summary.
 
 
-def is_linear(dataset: xr.Dataset) -> bool:
-    """Whether a dataset is that of a linear analysis."""
-    return "mode" in dataset.dims and "rao_amplitude" in dataset
-
-
-SUMMARIES: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
-    (is_of_runs, study_tables),
-    (limits.is_limits, limits.limits_tables),
-    (comparison.is_comparison, comparison.comparison_tables),
-    (comparison.is_of_studies, comparison.studies_tables),
-    (is_linear, linear_document),
-)
-"""Kinds of results besides runs, and their texts."""
+SUMMARIES: dict[str, Callable[[xr.Dataset], Document]] = {
+    ResultKind.SET: study_tables,
+    ResultKind.STUDY: study_tables,
+    ResultKind.OPERABILITY: limits.limits_tables,
+    ResultKind.COMPARISON: comparison.comparison_tables,
+    ResultKind.SET_COMPARISON: comparison.studies_tables,
+    ResultKind.ANALYSIS: linear_document,
+}
+"""Texts of results besides runs, by kind."""
 
 
 def summary_of(dataset: xr.Dataset) -> Document:
     """The text that a command prints of its result: a run, many runs, limits of operation, a
     comparison, or a linear analysis."""
-    for is_kind, describe in SUMMARIES:
-        if is_kind(dataset):
-            return describe(dataset)
-    return run_document(dataset)
+    return SUMMARIES.get(kind_of(dataset), run_document)(dataset)
 
 
 def summarise(result: Result) -> printed.PrintedResult:
@@ -80,7 +73,7 @@ def summarise(result: Result) -> printed.PrintedResult:
             dataset = xr.open_dataset(result, engine="netcdf4", decode_times=False)
         except (OSError, ValueError, RuntimeError):
             dataset = xr.Dataset()  # the reader of runs says what is wrong
-        if any(is_kind(dataset) for is_kind, _ in SUMMARIES[1:]):
+        if kind_of(dataset) in SUMMARIES and not is_of_runs(dataset):
             return printed.PrintedResult(summary_of(dataset), dataset)
         dataset.close()
     dataset = _read(result)

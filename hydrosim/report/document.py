@@ -22,10 +22,10 @@ from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
 from hydrosim.report.sentences import comparison, sections, series, statistics
 from hydrosim.report.sentences import run as run_sentences
-from hydrosim.report.sentences.limits import is_limits, limits_document
+from hydrosim.report.sentences.limits import limits_document
 from hydrosim.report.sentences.study import study_document
-from hydrosim.results.dataset import RUN_FILE_HINT, read_run
-from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
+from hydrosim.results.dataset import RUN_FILE_HINT, ResultKind, kind_of, read_run
+from hydrosim.results.runs_file import RUN, open_runs
 from hydrosim.results.validation import check_result
 from hydrosim.scene import Scene
 
@@ -157,13 +157,14 @@ RUN_SECTIONS: sections.Sections[ReportData] = {
 """Sections by name: the heading, and the function that gives its nodes."""
 
 
-RESULT_KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
-    (is_of_runs, study_document),
-    (is_limits, limits_document),
-    (comparison.is_comparison, comparison.comparison_document),
-    (comparison.is_of_studies, comparison.studies_document),
-)
-"""Kinds of results besides runs."""
+RESULT_DOCUMENTS: dict[str, Callable[[xr.Dataset], Document]] = {
+    ResultKind.SET: study_document,
+    ResultKind.STUDY: study_document,
+    ResultKind.OPERABILITY: limits_document,
+    ResultKind.COMPARISON: comparison.comparison_document,
+    ResultKind.SET_COMPARISON: comparison.studies_document,
+}
+"""Reports of results besides runs, by kind."""
 EXPECTED_RESULTS = "expected the result of `hydrosim run`, `study` or `compare`"
 
 
@@ -179,10 +180,7 @@ def document_of(dataset: xr.Dataset, replay: bool = False) -> Document:
     """Document that presents a result in memory, or the replay of a run alone."""
     if replay:
         return replay_document(dataset)
-    for is_kind, make_document in RESULT_KINDS:
-        if is_kind(dataset):
-            return make_document(dataset)
-    return run_document(dataset)
+    return RESULT_DOCUMENTS.get(kind_of(dataset), run_document)(dataset)
 
 
 def replay_of(path: Path) -> Document:
@@ -204,7 +202,7 @@ def _result_document(path: Path) -> Document | None:
     except (OSError, ValueError, RuntimeError):
         return None
     with dataset:
-        if any(is_kind(dataset) for is_kind, _ in RESULT_KINDS):
+        if kind_of(dataset) in RESULT_DOCUMENTS:
             check_result(path, dataset)
             return document_of(dataset)
     return None

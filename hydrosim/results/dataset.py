@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Mapping
+from enum import StrEnum
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,8 @@ MAX_CACHED_INDEXES = 16  # sets of indexes
 def new_dataset(
     data: Mapping[Any, Any], coords: Mapping[str, Any], attributes: Mapping[str, Any] | None = None
 ) -> xr.Dataset:
-    """`xarray.Dataset` with the same arguments."""
+    """`xarray.Dataset` with the same arguments. Coordinates along their own dimension come first,
+    so that titles of plots begin with them."""
     import xarray as xr  # slow to load, and no run needs it before its end
 
     indexes = {
@@ -37,7 +39,7 @@ def new_dataset(
     }
     others = {name: values for name, values in coords.items() if name not in indexes}
     made = xr.Dataset({**data, **others}, _cached_coordinates(pickle.dumps(indexes)), attributes)
-    return made.set_coords(others) if others else made
+    return made.set_coords([*others])[[*indexes, *data, *others]]
 
 
 def differing(first: xr.Dataset, second: xr.Dataset) -> str | None:
@@ -72,11 +74,62 @@ def _cached_coordinates(indexes: bytes) -> xr.Coordinates:
     return xr.Dataset(coords=pickle.loads(indexes)).coords
 
 
-# netCDF files of runs: written completely, and read only if they are results of runs.
+# What a result is.
+
+KIND = "kind"  # attribute
+
+
+class ResultKind(StrEnum):
+    """Kinds of results, as their attribute `kind` says."""
+
+    RUN = "run"
+    SET = "set"
+    STUDY = "study"
+    OPERABILITY = "operability"
+    COMPARISON = "comparison"
+    SET_COMPARISON = "comparison of sets"
+    ANALYSIS = "analysis"
+    CONVERGENCE = "convergence"
+    STATISTICS = "statistics"
+    EXPLANATION = "explanation"
+    EXTREMES = "extremes over seeds"
+
 
 RUN_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
+REQUIRED_NAMES: dict[ResultKind, tuple[set[str], set[str]]] = {
+    ResultKind.SET: ({"run"}, {"status"}),
+    ResultKind.STUDY: ({"run"}, {"status"}),
+    ResultKind.OPERABILITY: (
+        {"stage", "swell", "heading", "peak_period"},
+        {"limit", "low", "high", "governing"},
+    ),
+    ResultKind.COMPARISON: ({"channel"}, {"ours", "recorded", "residual", "verdict"}),
+    ResultKind.SET_COMPARISON: (
+        {"channel"},
+        {"ours", "theirs", "difference", "low", "high", "chance", "differs"},
+    ),
+    ResultKind.ANALYSIS: ({"mode"}, {"rao_amplitude"}),
+    ResultKind.RUN: ({"time"}, {*RUN_VARIABLES}),
+}
+"""Dimensions and variables of the kinds that are shown. A file of an earlier version, which does
+not state its kind, is recognised by them."""
+
+
+def kind_of(dataset: xr.Dataset) -> str:
+    """Kind of a result, by its attribute; empty if it is none, or lacks names of its kind."""
+    stated = dataset.attrs.get(KIND)
+    for kind, (dims, names) in REQUIRED_NAMES.items():
+        if stated in (None, kind) and dims <= {*dataset.dims} and names <= {*dataset.variables}:
+            return kind
+    return "" if stated in REQUIRED_NAMES else str(stated or "")
+
+
+# netCDF files of runs: written completely, and read only if they are results of runs.
+
 FORMAT, LATEST = "hydrosim run", 2
 """Format of files of runs: "hydrosim run 2". Files of the first format have no such text."""
+PURPOSE, RESTART = "purpose", "restart"
+"""Attribute of variables that a run keeps to be continued, and its value: their group in a file."""
 RECORDED = ("recorded_from", "recorded_to")
 """Attributes: times of the first and the last record of the run [s]."""
 RUN_FILE_HINT = "expected the result of `hydrosim run`, such as run.nc"
@@ -84,12 +137,36 @@ REPORTED_KINDS = ("limits of ", "comparison of ")  # results that are no run, an
 
 
 def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
-    """Write netCDF; the file appears under its name when it is complete. Raises as `Output` does if
-    it must not be written."""
+    """Write netCDF; the file appears under its name when it is complete. Its group `restart` has
+    the variables that a run keeps to be continued. Raises as `Output` does if it must not be
+    written."""
     output = as_output(target, "result")
+    variables = dataset.variables.items()
+    restart = {name for name, variable in variables if variable.attrs.get(PURPOSE) == RESTART}
+    continuation = dataset.drop_vars({*dataset.variables} - restart)
+    continuation.attrs = {}
+    marked = dataset.drop_vars(restart).assign_attrs(output.attributes)
+    complete = {  # coordinates have no missing values
+        name: {"_FillValue": None} for name, of in marked.coords.items() if of.dims == (name,)
+    }
     with output.write_complete() as path:
-        marked = dataset.assign_attrs(output.attributes)
-        marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
+        marked.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=complete)
+        if restart:
+            continuation.to_netcdf(path, mode="a", group=RESTART, engine="netcdf4")
+
+
+def load_result(path: Path, decode_times: bool = True) -> xr.Dataset:
+    """All variables of a netCDF file, in memory, with those of the group `restart` of a run."""
+    import netCDF4
+    import xarray as xr  # slow to load
+
+    result = xr.load_dataset(path, engine="netcdf4", decode_times=decode_times)
+    with netCDF4.Dataset(path) as file:
+        has_restart = RESTART in file.groups
+    if not has_restart:
+        return result
+    continuation = xr.load_dataset(path, group=RESTART, engine="netcdf4", decode_times=decode_times)
+    return result.merge(continuation, join="exact", combine_attrs="override")
 
 
 def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
@@ -97,10 +174,8 @@ def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
     missing, is not netCDF or is not the result of a run. ``expected`` ends the message."""
     if reason := unreadable_reason(path):
         raise InputError(f"{path}: {reason}; {expected}.")
-    import xarray as xr  # slow to load, and few cases start from a run
-
     try:
-        run = xr.load_dataset(path, engine="netcdf4")
+        run = load_result(path)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
     missing = [name for name in RUN_VARIABLES if name not in run]

@@ -395,7 +395,7 @@ def _gather_runs(
     gathered = gathered.assign({n: (*part, first[n].attrs) for n, part in parts.items()})
     by_run = [name for name in str(layout.attrs.get(runs_file.BY_RUN, "")).split() if name in small]
     gathered = gathered.assign_coords(first.coords).set_coords(by_run)
-    return gathered.assign_attrs({**(common or {}), GATHERED: summary})
+    return runs_file.index_by_seed(gathered.assign_attrs({**(common or {}), GATHERED: summary}))
 
 
 def _column_values(column: np.ndarray) -> np.ndarray:

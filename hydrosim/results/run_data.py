@@ -8,7 +8,7 @@ is answered by the `xarray.Dataset` of the same content, which is made for it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -31,10 +31,10 @@ class VariableContent(NamedTuple):
 
 def new_run_data(data: Mapping[str, Any], coords: Mapping[str, Any]) -> xr.Dataset:
     """`RunData` of tuples (dims, values) and (dims, values, attributes). Coordinates along their
-    own dimension come last, as in `xarray.Dataset`."""
+    own dimension come first, as in `new_dataset`."""
     contents = {name: _content_of(content) for name, content in {**data, **coords}.items()}
-    last = {name: content for name, content in contents.items() if content.dims == (name,)}
-    return cast("xr.Dataset", RunData({**_leave_out(contents, last), **last}, coords, {}))
+    first = {name: content for name, content in contents.items() if content.dims == (name,)}
+    return cast("xr.Dataset", RunData({**first, **_leave_out(contents, first)}, coords, {}))
 
 
 def as_xarray(run: xr.Dataset) -> xr.Dataset:
@@ -270,14 +270,27 @@ class RunData:
         made.attrs |= {**(attributes or {}), **more}
         return made
 
-    def to_netcdf(self, path: Path, **options: Any) -> None:
-        """Write the file that xarray writes."""
+    def drop_vars(self, names: Iterable[str]) -> RunData:
+        """The run without these variables."""
+        return self._with_contents(_leave_out(self._contents, names))
+
+    def to_netcdf(
+        self,
+        path: Path,
+        mode: Literal["w", "a"] = "w",
+        group: str | None = None,
+        encoding: Mapping[str, Mapping[str, Any]] | None = None,
+        **options: Any,
+    ) -> None:
+        """Write the file, or the group of a file, that xarray writes. Of an ``encoding``, only a
+        `_FillValue` counts."""
         if any(x.values.dtype.kind not in STORED_KINDS for x in self._contents.values()):
-            self._to_xarray().to_netcdf(path, **options)
+            self._to_xarray().to_netcdf(path, mode=mode, group=group, encoding=encoding, **options)
             return
         import netCDF4
 
-        with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+        with netCDF4.Dataset(path, mode, format="NETCDF4") as whole:
+            file = whole.createGroup(group) if group else whole
             named = {name: self._coordinates_of(name) for name in self.data_vars}
             of_none = {*self._auxiliary_coordinates()}.difference(*named.values())
             file.setncatts({**self.attrs, **_coordinates_attribute(of_none)})
@@ -286,6 +299,7 @@ class RunData:
             for name, (dims, values, attributes) in self._contents.items():
                 is_text = values.dtype.kind in "OU"
                 fill = np.nan if values.dtype.kind == "f" else None
+                fill = (encoding or {}).get(name, {}).get("_FillValue", fill)
                 stored = file.createVariable(
                     name, str if is_text else values.dtype, dims, fill_value=fill
                 )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrosim.results.dataset import differing
+from hydrosim.results.dataset import ResultKind, differing, kind_of
 
 if TYPE_CHECKING:
     import netCDF4
@@ -50,9 +50,16 @@ def open_runs(path: Path) -> xr.Dataset | None:
         from hydrosim.results.validation import check_result  # loads the models of cases
 
         check_result(path, runs)
-        return runs
+        return index_by_seed(runs)
     runs.close()
     return None
+
+
+def index_by_seed(runs: xr.Dataset) -> xr.Dataset:
+    """Runs that `sel(seed=7)` selects by their seeds; other datasets as they are, and files of
+    earlier versions that have a seed for each wave train."""
+    has_seed = "seed" in runs.coords and runs.seed.dims == (RUN,)
+    return runs.set_xindex("seed") if has_seed and is_of_runs(runs) else runs
 
 
 def with_keys(runs: xr.Dataset) -> xr.Dataset:
@@ -69,7 +76,7 @@ def with_keys(runs: xr.Dataset) -> xr.Dataset:
 
 def is_of_runs(dataset: xr.Dataset) -> bool:
     """Whether a dataset holds many runs."""
-    return RUN in dataset.dims and "status" in dataset
+    return kind_of(dataset) in (ResultKind.SET, ResultKind.STUDY)
 
 
 class RunsWriter:

@@ -2,7 +2,7 @@
 
 If degrees of freedom have different units, `dof_units` replaces `units`, and a coordinate such as
 `force_unit` (dof) holds the same beside the values. Variables of no interest but for a restart have
-the attribute `purpose: restart`.
+the attribute `purpose: restart`, and a group `restart` in the file of a run.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from hydrosim.elements import ELEMENT_KINDS
 from hydrosim.elements.kind import Variable
 from hydrosim.files.series import unit_of
+from hydrosim.results.dataset import PURPOSE, RESTART
 from hydrosim.results.phases import Phase
 
 if TYPE_CHECKING:
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
 EARTH_FRAME = "earth"
 HEADING = "axes that turn with the yaw of the body"
 MIXED = "SI"  # for numbers with different units
+OF_CHANNEL = "unit of the channel"  # for numbers of channels
+UNIT_COMMENTS = {
+    MIXED: "each number in SI, angles in rad",
+    OF_CHANNEL: "each in the unit of its channel",
+}
 ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" is a prefix
     "position": Variable(
         "displacement of the centre of gravity from rest; angles", "m or rad", EARTH_FRAME
@@ -74,7 +80,9 @@ ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" 
 }
 LABELS = {  # names of coordinates, with what their labels name
     "axis": "axis of the frame",
+    "band": "band of frequencies",
     "channel": "channel of the run",
+    "column": "column of the recording",
     "direction": "axis of the frame",
     "dof": "degree of freedom",
     "extreme": "most probable extreme of a run and its interval; extreme of another run",
@@ -87,6 +95,7 @@ LABELS = {  # names of coordinates, with what their labels name
     "point": "named point of a body",
     "probe": "wave probe",
     "pto": "power take-off",
+    "recorded_in": "unit of the recording",
     "radiation_dof": "coordinate whose motion radiates waves",
     "side": "side of an extreme",
     "span": "stage of the run",
@@ -94,6 +103,7 @@ LABELS = {  # names of coordinates, with what their labels name
     "statistic": "statistic of a channel",
     "trigger": "element or pump with a condition",
     "unit": "unit of the channel",
+    "units": "unit of the channel",
 }
 """What labels of coordinates name. Of others it is the name of the coordinate."""
 UNITS_BY_DOF = {
@@ -104,21 +114,28 @@ UNITS_BY_DOF = {
     "N s or N m s": "impulse_unit",
 }
 """Coordinates with the units of the six degrees of freedom."""
-RESTART = ("state", "memory_", "radiation_dof")
+RESTART_PREFIXES = ("state", "memory_", "radiation_dof")
 """Beginnings of the names of dimensions and coordinates that only serve to continue a run."""
-PURPOSE = "purpose"
-"""Attribute of what a run keeps to be continued."""
 VARIABLES: dict[str, Variable] = ELEMENT_VARIABLES | {
     name: variable for kind in ELEMENT_KINDS for name, variable in kind.variables.items()
 }
 
 
 def units_of(units: str) -> dict[str, str]:
-    """The common unit; or units of the six degrees of freedom; or a note that each number has its
-    own."""
+    """The common unit, none of texts; or units of the six degrees of freedom; or a note that each
+    number has its own."""
     if " or " in units:
         return {"dof_units": ", ".join(_units_by_dof(units))}
-    return {"comment": "each number in SI, angles in rad"} if units == MIXED else {"units": units}
+    if units in UNIT_COMMENTS:
+        return {"comment": UNIT_COMMENTS[units]}
+    return {"units": units} if units else {}
+
+
+def quantity_attributes(long_name: str, units: str = "") -> dict[str, str]:
+    """Attributes of a variable, with `units_of` its ``units``. Several units stand in its name,
+    for labels of plots."""
+    name = f"{long_name} [{units}]" if " or " in units else long_name
+    return {"long_name": name, **units_of(units)}
 
 
 def unit_coordinates(
@@ -163,8 +180,7 @@ def describe(dataset: xr.Dataset) -> None:
         what = name[len(key) :].replace("_", " ") if key.endswith("_") else ""
         long_name = f"{what}: {variable.long_name}" if what else variable.long_name
         attributes: dict[str, object] = {
-            "long_name": long_name,
-            **units_of(variable.units),
+            **quantity_attributes(long_name, variable.units),
             "frame": variable.frame,
         }
         if variable.flags:
@@ -173,8 +189,8 @@ def describe(dataset: xr.Dataset) -> None:
         dataset.variables[name].attrs.update(attributes)
     describe_coordinates(dataset)
     for variable_name, array in dataset.variables.items():
-        if any(str(label).startswith(RESTART) for label in (variable_name, *array.dims)):
-            array.attrs[PURPOSE] = "restart"
+        if any(str(label).startswith(RESTART_PREFIXES) for label in (variable_name, *array.dims)):
+            array.attrs[PURPOSE] = RESTART
 
 
 def describe_coordinates(dataset: xr.Dataset) -> None:

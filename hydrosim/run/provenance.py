@@ -14,7 +14,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.cache import program_version, versions
 from hydrosim.files.layers import apply_setting, settings_of, yaml_text
 from hydrosim.files.yaml_nodes import compose_nodes, plain_values
-from hydrosim.results.dataset import FORMAT, LATEST
+from hydrosim.results.dataset import FORMAT, KIND, LATEST, ResultKind
 from hydrosim.results.ledger import ACCURACY
 from hydrosim.run.functions import EXTERNAL_FORCES
 
@@ -38,6 +38,7 @@ def provenance(compiled: Compiled) -> dict[str, object]:
     notes = compiled.notes
     return {
         "Conventions": "CF-1.11",
+        KIND: ResultKind.RUN.value,
         "format": f"{FORMAT} {LATEST}",
         "date_created": datetime.now(UTC).isoformat(timespec="seconds"),
         "title": scene.title,

@@ -135,7 +135,7 @@ class JointDryFriction(SchemaClass):
         return static, static if kinetic is None else kinetic
 
     @property
-    def given(self) -> tuple[float, float]:
+    def constant_friction(self) -> tuple[float, float]:
         """Static and kinetic friction [N or N m] that do not depend on the load."""
         return self._pair(self.given_friction)
 

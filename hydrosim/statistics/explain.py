@@ -24,8 +24,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.errors import InputError
+from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import CONTACT_WEIGHT, STAGE_TIME, STAGES, Phase
-from hydrosim.results.variables import describe_coordinates, units_of
+from hydrosim.results.variables import describe_coordinates, quantity_attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,8 +97,9 @@ def explain_run(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) 
     explanations = xr.concat(explained, "span", join="exact").drop_vars("time", errors="ignore")
     for name, (what, unit) in VARIABLE_LABELS.items():
         if name in explanations:
-            explanations[name].attrs = {"long_name": what, **units_of(unit)}
+            explanations[name].attrs = quantity_attributes(what, unit)
     describe_coordinates(explanations)
+    explanations.attrs[KIND] = ResultKind.EXPLANATION.value
     return explanations
 
 
@@ -107,7 +109,8 @@ def explanations_of_runs(runs: xr.Dataset) -> xr.Dataset:
     if "mean_force" not in runs:
         raise InputError(f"found runs without impulses; {IMPULSES_HINT}, or a study with the same.")
     groups = [name for name in ("fender_group", "fender_kinetic") if name in runs]
-    return runs.set_coords(groups)[[name for name in VARIABLE_LABELS if name in runs]].load()
+    explanations = runs.set_coords(groups)[[name for name in VARIABLE_LABELS if name in runs]]
+    return explanations.load().assign_attrs({KIND: ResultKind.EXPLANATION.value})
 
 
 def stages(run: xr.Dataset) -> Iterator[ExplainedStage]:

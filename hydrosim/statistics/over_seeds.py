@@ -19,8 +19,9 @@ from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, unit_of_dof, units_of
 from hydrosim.files.text import escape_unprintable
 from hydrosim.results.channels import lowest_value
+from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import FIGURES
-from hydrosim.results.runs_file import RUN
+from hydrosim.results.runs_file import KEY, RUN
 from hydrosim.results.validation import DESIGN
 from hydrosim.results.variables import LABELS
 from hydrosim.statistics import effects, gumbel
@@ -211,16 +212,16 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
             f"found no channel with different extremes in {MIN_RUNS} runs of one combination of"
             f" parameters, of which there are at most {most}; run more seeds."
         )
-    names = dict.fromkeys(name for row in rows for name in row)
+    names = {of.attrs.get(KEY, name): str(name) for name, of in runs.coords.items()}
     columns = {
-        name: (
+        names.get(column, column): (
             EXTREME_DIM,
-            np.array([row.get(name, np.nan) for row in rows]),
-            _column_attributes(name, runs),
+            np.array([row.get(column, np.nan) for row in rows]),
+            _column_attributes(names.get(column, column), runs),
         )
-        for name in names
+        for column in dict.fromkeys(column for row in rows for column in row)
     }
-    return xr.Dataset(columns)
+    return xr.Dataset(columns, attrs={KIND: ResultKind.EXTREMES.value})
 
 
 def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:

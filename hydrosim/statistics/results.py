@@ -20,6 +20,7 @@ from hydrosim.files.messages import suggestion
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.results import phases
 from hydrosim.results.phases import STAGE_TIME, STAGES, Phase
+from hydrosim.results.variables import quantity_attributes
 from hydrosim.statistics import explain
 
 if TYPE_CHECKING:
@@ -46,17 +47,19 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
             share,
             {"mode": names, "fender": run.fender},
             ("mode", "fender"),
-            attrs=_attributes("fraction of the time", "1"),
+            attrs=quantity_attributes("fraction of the time", "1"),
         ),
         "fender_slipped": run.fender_slip_distance.isel(time=-1, drop=True).assign_attrs(
-            _attributes("distance slipped", "m")
+            quantity_attributes("distance slipped", "m")
         ),
         "phase_duration": durations,
         "phase_crawl": xr.DataArray(
             np.array(crawl),
             {**phases, "body": run.body, "axis": ["x", "y"]},
             (*phases, "body", "axis"),
-            attrs=_attributes("slow displacement from the beginning to the end of the phase", "m"),
+            attrs=quantity_attributes(
+                "slow displacement from the beginning to the end of the phase", "m"
+            ),
         ),
     }
 
@@ -70,7 +73,7 @@ def phase_durations(run: xr.Dataset) -> xr.DataArray:
     time = np.array([[np.mean(of == phase) * span for phase in Phase] for of in phase])
     names = [phase.name.lower().replace("_", " ") for phase in Phase]
     phases = {"contact_group": run.contact_group, "phase": names}
-    return xr.DataArray(time, phases, tuple(phases), attrs=_attributes("duration", "s"))
+    return xr.DataArray(time, phases, tuple(phases), attrs=quantity_attributes("duration", "s"))
 
 
 def crawl(run: xr.Dataset) -> xr.DataArray:
@@ -96,10 +99,6 @@ def _displacement_during(run: xr.Dataset, during: np.ndarray) -> np.ndarray:
     width = max(round(0.5 * AVERAGING_TIME / float(np.diff(run.time.values[:2])[0])), 1)
     ends = [place[max(k - width, 0) : k + width + 1].mean(axis=0) for k in at]
     return np.asarray(ends[1] - ends[0])
-
-
-def _attributes(what: str, unit: str) -> dict[str, str]:
-    return {"long_name": what, "units": unit}
 
 
 TIME_RESULTS = ("time", "duration")

@@ -17,9 +17,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from hydrosim.files.series import STATISTIC_UNITS
 from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
-from hydrosim.results.dataset import new_dataset
+from hydrosim.results.dataset import KIND, ResultKind, new_dataset
 from hydrosim.results.phases import Phase, stages
-from hydrosim.results.variables import describe_coordinates, units_of
+from hydrosim.results.variables import OF_CHANNEL, describe_coordinates, quantity_attributes
 from hydrosim.statistics.extremes import (
     CHANGES,
     LAWS,
@@ -69,7 +69,6 @@ OWN_COORDINATES = {  # coordinates of statistics
 }
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, Any]]]
 """Dimensions, values and attributes of a variable."""
-UNIT_OF_CHANNEL = ""  # units for the coordinate ``unit``
 AS_CHANNEL = "that of the channel"
 UNITS_APART = {"period": "s", "skewness": "1", "kurtosis": "1", "peak_shape": "1"}
 """Units of statistics that do not have that of their channel."""
@@ -106,6 +105,7 @@ def statistics(
     variables, coords, attributes = columns(run, start, exposure, channels)
     made = new_dataset({**variables, **unit_statistics(run)}, coords, attributes)
     describe_coordinates(made)
+    made.attrs[KIND] = ResultKind.STATISTICS.value
     return made
 
 
@@ -125,11 +125,13 @@ def line_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
             continue
         tension = run[CAPABLE[dim]]
         start = tension.isel(time=0, drop=True)
-        variables[f"{dim}_start"] = start.assign_attrs(_attributes("tension at the start", "N"))
+        variables[f"{dim}_start"] = start.assign_attrs(
+            quantity_attributes("tension at the start", "N")
+        )
         if (capacity := f"{dim}_capacity") in run.coords:
             used = tension.max("time") / run[capacity]
             variables[f"{dim}_used"] = used.assign_attrs(
-                _attributes("largest tension over capacity", "1")
+                quantity_attributes("largest tension over capacity", "1")
             )
     return variables
 
@@ -163,7 +165,7 @@ def columns(
         named, coords = _requested_channels(run, late, channels)
         lowest = np.array([lowest_value(channel) for channel in channels])
         variables |= _statistics_of_channels(
-            NAMED_CHANNELS, named, lowest, how, growing, UNIT_OF_CHANNEL
+            NAMED_CHANNELS, named, lowest, how, growing, OF_CHANNEL
         )
         variables |= _statistics_by_phase(run, late, named.values, step)
         variables |= _replace_means_by_impulses(
@@ -173,9 +175,13 @@ def columns(
         _leave_out_laws(variables)
     places = run.variables["position"].transpose(*MOTION_DIMS, "time").values[..., late]
     frequency, spectrum = _spectrum_of_series(places, step)
-    attributes_of_density = _attributes("one-sided spectral density", "m^2 s/rad or rad s")
+    attributes_of_density = quantity_attributes("one-sided spectral density", "m^2 s/rad or rad s")
     variables["motion_spectrum"] = ((*MOTION_DIMS, "frequency"), spectrum, attributes_of_density)
-    coords["frequency"] = ("frequency", frequency, _attributes("angular frequency", "rad/s"))
+    coords["frequency"] = (
+        "frequency",
+        frequency,
+        quantity_attributes("angular frequency", "rad/s"),
+    )
     attributes = {
         "title": run.attrs["title"],
         "start": start,
@@ -239,7 +245,7 @@ def _statistics_by_phase(
     ]
     dims = ("contact_group", "phase", "channel", "statistic")
     phase_attributes = (
-        _attributes("statistics of a channel in a phase", UNIT_OF_CHANNEL) | OWN_UNITS
+        quantity_attributes("statistics of a channel in a phase", OF_CHANNEL) | OWN_UNITS
     )
     return {f"{NAMED_CHANNELS}_phase": (dims, np.array(figures_by_phase), phase_attributes)}
 
@@ -263,14 +269,14 @@ def _statistics_of_channels(
     values = np.array([[side[:-1] for side in both] for both in sides])
     values = np.maximum(values, lowest.reshape(-1, 1, 1))
     basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
-    extreme_attributes = _attributes(
+    extreme_attributes = quantity_attributes(
         "most probable extreme and interval, prediction interval", unit
     )
     return {
         name: (
             (*dims, "statistic"),
             np.reshape(figures, (*size, -1)),
-            _attributes(name.replace("_", " "), unit) | OWN_UNITS,
+            quantity_attributes(name.replace("_", " "), unit) | OWN_UNITS,
         ),
         f"{name}_extreme": (
             (*dims, "side", "extreme"),
@@ -409,12 +415,4 @@ def _basis_flags() -> dict[str, Any]:
         "long_name": "method of extremes, or reason why there are none",
         "flag_values": np.array(list(ExtremeModel), dtype=np.int8),
         "flag_meanings": " ".join(basis.name.lower() for basis in ExtremeModel),
-    }
-
-
-def _attributes(what: str, unit: str) -> dict[str, str]:
-    channel_attributes = {"comment": "each in the unit of its channel"}
-    return {
-        "long_name": what,
-        **(channel_attributes if unit == UNIT_OF_CHANNEL else units_of(unit)),
     }

@@ -15,6 +15,8 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError, SimulationError
+from hydrosim.results.dataset import KIND, ResultKind
+from hydrosim.results.variables import MIXED, quantity_attributes
 from hydrosim.scene import LinearScenes, Method, Scene, Tolerance
 from hydrosim.simulation import simulate
 
@@ -96,17 +98,28 @@ def common_multiple(steps: Sequence[float], wanted: float) -> float:
 def to_dataset(study: ConvergenceStudy, title: str) -> xr.Dataset:
     """Study as a dataset over ``trial``."""
     trials = study.trials
-    units = {"motion": "m", "angle": "rad", "crawl": "m", "energy": "1"}
-    data = {
-        f"{name}_error": ("trial", [getattr(t, name) for t in trials], {"units": unit})
-        for name, unit in units.items()
+    quantities = {
+        "motion_error": ("motion", "largest error of a motion", "m"),
+        "angle_error": ("angle", "largest error of an angle", "rad"),
+        "crawl_error": ("crawl", "error of the crawl", "m"),
+        "energy_error": ("energy", "relative residual of the energy balance", "1"),
+        "wall_time": ("seconds", "run time", "s"),
+        "evaluations": ("evaluations", "evaluations of the equation of motion", "1"),
+        "setting": ("setting", "step [s], or relative tolerance", MIXED),
     }
-    data["wall_time"] = ("trial", [t.seconds for t in trials], {"units": "s"})
-    data["evaluations"] = ("trial", [t.evaluations for t in trials], {"units": "1"})
-    data["setting"] = ("trial", [t.setting for t in trials], {"units": "s, or relative tolerance"})
-    coords = {"method": ("trial", [str(t.method) for t in trials])}
-    reference = {"reference_step": study.reference_step, "reference_error": study.reference_error}
-    return xr.Dataset(data, coords=coords, attrs={"title": title, **reference})
+    data = {
+        name: ("trial", [getattr(trial, field) for trial in trials], quantity_attributes(*of))
+        for name, (field, *of) in quantities.items()
+    }
+    methods = [str(trial.method) for trial in trials]
+    coords = {"method": ("trial", methods, quantity_attributes("method of integration"))}
+    attributes = {
+        KIND: ResultKind.CONVERGENCE.value,
+        "title": title,
+        "reference_step": study.reference_step,
+        "reference_error": study.reference_error,
+    }
+    return xr.Dataset(data, coords=coords, attrs=attributes)
 
 
 def _all_settings(

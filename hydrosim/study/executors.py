@@ -27,11 +27,11 @@ from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import ENDING_SIGNALS
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.results.channels import channel_names, match_channels
-from hydrosim.results.dataset import new_dataset
+from hydrosim.results.dataset import KIND, new_dataset
 from hydrosim.results.ledger import COMPANION, CONTACT_FORCE, EVALUATIONS, PARTED, RELATIVE
 from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
-from hydrosim.results.variables import describe_coordinates
+from hydrosim.results.variables import describe_coordinates, quantity_attributes
 from hydrosim.simulation import run_compiled
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
@@ -53,7 +53,7 @@ COUNT_ATTRIBUTES = {
 PER_RUN_ATTRIBUTES = {
     *(*COUNT_ATTRIBUTES, "solver_rejected", "solver_evaluations", "wall_time", "seeds", "warnings"),
     *(RELATIVE, CONTACT_FORCE, PARTED, COMPANION, EVALUATIONS),
-    *("status", "status_message", "format", "date_created"),
+    *("status", "status_message", "format", "date_created", KIND),
 }
 """Attributes of a run that are no attributes of the set."""
 
@@ -103,7 +103,7 @@ def reduce_run(
             "contact_sequence": _contact_sequence(run),
         }
     variables_of_run |= {
-        name: xr.Variable((), run.attrs[name], {"units": "1", "long_name": what})
+        name: xr.Variable((), run.attrs[name], quantity_attributes(what, "1"))
         for name, what in COUNT_ATTRIBUTES.items()
     }
     variables_of_run[RELATIVE] = _relative_error(run)
@@ -157,7 +157,7 @@ def _end_position(run: xr.Dataset) -> xr.Variable:
 
 def _relative_error(run: xr.Dataset) -> xr.Variable:
     """The measured error of motions, NaN where a run did not measure it."""
-    attributes = {"units": "1", "long_name": "largest error of a motion, relative to its range"}
+    attributes = quantity_attributes("largest error of a motion, relative to its range", "1")
     return xr.Variable((), float(run.attrs.get(RELATIVE, np.nan)), attributes)
 
 

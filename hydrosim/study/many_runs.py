@@ -34,10 +34,11 @@ from hydrosim.files import outputs
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.locks import is_lock
 from hydrosim.files.yaml_nodes import locating_in
-from hydrosim.results.dataset import write_run
+from hydrosim.results.dataset import KIND, ResultKind, write_run
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
-from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter
+from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter, index_by_seed
 from hydrosim.results.validation import DESIGN
+from hydrosim.results.variables import quantity_attributes
 from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene, simulate
@@ -145,6 +146,7 @@ def simulate_many(
     result = None if output is None else outputs.as_output(output, "sweep")
     mark = "" if result is None else result.mark
     attributes_of_file = {
+        KIND: ResultKind.SET.value,
         "error_estimates": ESTIMATE_NOTE,
         **({} if form is None else form.attributes),
         **(attributes or {}),
@@ -166,7 +168,7 @@ def simulate_many(
 
     if result is None:
         with TemporaryDirectory() as folder:
-            return _index_by_seed(
+            return index_by_seed(
                 xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
             )
     values = {name: variables_of_runs[name].values for name in along}
@@ -187,12 +189,7 @@ def simulate_many(
         place.take(path)
         if all_ended:
             journal.remove()
-    return _index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
-
-
-def _index_by_seed(runs: xr.Dataset) -> xr.Dataset:
-    """Runs that can be selected by their seeds."""
-    return runs.set_xindex("seed") if "seed" in runs.coords else runs
+    return index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
 
 
 def _check_labels(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
@@ -255,17 +252,12 @@ def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     if not seeds[0] or len({len(seeds) for seeds in seeds}) > 1:
         return {}
     first, *others = np.array(seeds).T
-    variables = {"seed": _seed_variable(first, "seed of the waves")}
+    variables = {"seed": xr.Variable(RUN, first, quantity_attributes("seed of the waves", "1"))}
     if any((other != first).any() for other in others):
         for k, other in enumerate(others, 2):
-            variables[f"seed_{k}"] = _seed_variable(
-                other, f"seed of wave train {k}, or of the gusts"
-            )
+            attributes = quantity_attributes(f"seed of wave train {k}, or of the gusts", "1")
+            variables[f"seed_{k}"] = xr.Variable(RUN, other, attributes)
     return variables
-
-
-def _seed_variable(values: np.ndarray, what: str) -> xr.Variable:
-    return xr.Variable(RUN, values, {"units": "1", "long_name": what})
 
 
 def _new_variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
@@ -450,7 +442,7 @@ def run_study(
             channels=study.kept.channels,
             labels=study.labels,
             figures=study.figures,
-            attributes={DESIGN: study.design},
+            attributes={KIND: ResultKind.STUDY.value, DESIGN: study.design},
             start=study.kept.start,
             workers=workers,
             progress=progress,

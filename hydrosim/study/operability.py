@@ -34,8 +34,10 @@ from hydrosim.files.document_layout import text_of
 from hydrosim.files.document_nodes import Value
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.yaml_nodes import locating_in
+from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.journal import Journal, StoredRun
 from hydrosim.results.runs_file import COMPLETE
+from hydrosim.results.variables import describe_coordinates, quantity_attributes
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
@@ -494,7 +496,7 @@ class _LimitTable:
             name: (
                 dims if values.ndim == len(dims) else dims[1:],
                 _texts_of(values),
-                _attributes(*descriptions[name]),
+                quantity_attributes(*descriptions[name]),
             )
             for name, values in self.values.items()
         }
@@ -510,15 +512,16 @@ class _LimitTable:
             "heading": (
                 "heading",
                 np.array(study.headings),
-                _attributes("where waves go to", "rad"),
+                quantity_attributes("where waves go to", "rad"),
             ),
             "peak_period": (
                 "peak_period",
                 np.array(study.wanted.peak_periods),
-                _attributes("peak period", "s"),
+                quantity_attributes("peak period", "s"),
             ),
         }
         attributes = {
+            KIND: ResultKind.OPERABILITY.value,
             "title": study.scene.title,
             "probability": study.wanted.probability,
             "confidence": CONFIDENCE,
@@ -528,7 +531,9 @@ class _LimitTable:
             "highest": float(self.heights[-1]),
             "apart": study.wanted.heights.apart,
         }
-        return xr.Dataset(variables, coordinates, attributes)
+        limits = xr.Dataset(variables, coordinates, attributes)
+        describe_coordinates(limits)
+        return limits
 
 
 def _criterion_texts(study: Limits) -> Iterator[str]:
@@ -542,7 +547,3 @@ def _criterion_texts(study: Limits) -> Iterator[str]:
 
 def _texts_of(values: np.ndarray) -> np.ndarray:
     return values.astype(str) if values.dtype == object else values
-
-
-def _attributes(what: str, unit: str) -> dict[str, str]:
-    return {"long_name": what, **({"units": unit} if unit else {})}

@@ -25,6 +25,7 @@ from hydrosim.errors import InputError
 from hydrosim.files import text as texts
 from hydrosim.files.series import NETCDF
 from hydrosim.files.units import factor
+from hydrosim.results.variables import quantity_attributes
 from hydrosim.statistics.weather import (
     AlphaFactors,
     Hindcast,
@@ -394,13 +395,13 @@ def _hindcast_variables(
     }
     values = {
         "hindcast_" + ("never" if name == "none" else name): xr.DataArray(
-            [getattr(wait, name) for wait in waits], season, attrs=_attributes(text, "1")
+            [getattr(wait, name) for wait in waits], season, attrs=quantity_attributes(text, "1")
         )
         for name, text in descriptions.items()
     }
     times = [[wait.median, wait.p90] for wait in waits]
     coordinates = {**season, "quantile": list(WAITING_QUANTILES)}
-    attributes = _attributes("time until a window begins; infinite beyond the record", "s")
+    attributes = quantity_attributes("time until a window begins; infinite beyond the record", "s")
     values["waiting"] = xr.DataArray(times, coordinates, attrs={**attributes, "window": length})
     spans = hindcast.ends - hindcast.time
     outside, unknown = (float(spans[np.isnan(of)].sum() / spans.sum()) for of in (bare, limit))
@@ -412,8 +413,4 @@ def _hindcast_variables(
 
 
 def _share_variable(value: float, text: str) -> xr.DataArray:
-    return xr.DataArray(value, attrs=_attributes(text, "1"))
-
-
-def _attributes(text: str, unit: str) -> dict[str, str]:
-    return {"long_name": text, "units": unit}
+    return xr.DataArray(value, attrs=quantity_attributes(text, "1"))

@@ -14,7 +14,7 @@ from hydrosim.compile.clock import MAX_PHASE_RAD, held_step, signal_step
 from hydrosim.compile.compile import compile_scene
 from hydrosim.elements import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.elements.signal import signal_rate
-from hydrosim.scene import ForceElement, Joint, JointType, Method, Scene
+from hydrosim.scene import ForceElement, Method, Scene
 from hydrosim.water.wind import gust_components, mean_wind
 
 SPHERE = Path(__file__).parents[2] / "cases" / "sphere"
@@ -118,14 +118,14 @@ def test_a_bolt_in_an_irregular_sea_breaks_at_its_largest_load(seed: int) -> Non
     """At a strength of 0.2 % below that load, it breaks in the output step of its peak."""
     calm = hs.load_case(SPHERE / "irregular.yaml", {"environment.waves.seed": seed}).scene()
     calm = replace(calm, duration=200.0)
-    held = replace(calm, joints={"bolt": Joint(JointType.FIXED, "sphere", breaks_at=1e12)})
+    held = replace(calm, joints={"bolt": hs.Fixed("sphere", breaks_at=1e12)})
     fine = replace(held, output_step=0.1)
     run = hs.simulate(fine)
     load = CubicSpline(run.time, np.linalg.norm(run.joint_force.values[:, 0, :3], axis=1))
     peaks = load.derivative().roots(extrapolate=False)
     strength = 0.998 * float(load(peaks).max())
     breaks = float(load.solve(strength, extrapolate=False)[0])
-    bolt = Joint(JointType.FIXED, "sphere", breaks_at=strength)
+    bolt = hs.Fixed("sphere", breaks_at=strength)
     solver = replace(held.solver, method=Method.AUTOMATIC, accuracy=1e-6)
     weak = replace(held, joints={"bolt": bolt}, solver=solver, output_step=5.0)
     result = hs.simulate(weak)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scenes
 from markers import few
+from scenes import Acting, Stops, joint_of
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs
@@ -23,11 +24,8 @@ from hydrosim.scene import (
     Box,
     FreeSurface,
     Hull,
-    JointResistance,
-    JointType,
     LinearScenes,
     Question,
-    Stops,
     TankMesh,
     TankTable,
     Weight,
@@ -137,7 +135,7 @@ def hinged(axis: tuple[float, ...], point: tuple[float, ...] = (0.0, 0.0, -1.0))
     spring = hs.TorsionSpring(
         "block", curve=hs.TorsionCurve(np.array([0.0, 1.0]), np.array([0.0, 10000.0])), axis=axis
     )
-    hinge = hs.Joint(JointType.HINGE, "block", point=point, axis=(0.0, 1.0, 0.0))
+    hinge = hs.Hinge("block", point=point, axis=(0.0, 1.0, 0.0))
     return replace(dry({"s": spring}), joints={"hinge": hinge})
 
 
@@ -554,8 +552,8 @@ def test_struts_of_another_length_are_asked_about() -> None:
 
 
 def on_hinge(**acting: object) -> hs.Scene:
-    motions = (JointResistance(**acting),)  # type: ignore[arg-type]
-    pin = hs.Joint(JointType.HINGE, "block", axis=(0.0, 1.0, 0.0), resistances=motions)
+    motions = (Acting(**acting),)  # type: ignore[arg-type]
+    pin = joint_of("hinge", "block", None, *motions, axis=(0.0, 1.0, 0.0))
     return replace(dry({}), joints={"pin": pin})
 
 

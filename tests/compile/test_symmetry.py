@@ -48,11 +48,9 @@ from hydrosim.scene import (
     ConvolutionRadiation,
     ForceElement,
     GivenComponents,
-    JointType,
     Method,
     Place,
     RadiationModel,
-    Ratchet,
     SecondOrder,
     Symmetry,
 )
@@ -441,7 +439,8 @@ def test_bodies_side_by_side_are_not_in_one_plane() -> None:
 )
 def test_a_ratchet_goes_in_the_plane_or_turns_across_it(turns, axis, symmetric):
     """A mirror turns a rotation about its normal into itself, and one about a line in it back."""
-    pawl = hs.Joint(JointType.RATCHET, "block", axis=axis, ratchet=Ratchet(turns, 0.0))
+    holds = {"turn": hs.TurningPawl()} if turns else {"slide": hs.SlidingPawl()}
+    pawl = hs.Ratchet("block", axis=axis, **holds)
     told = [] if symmetric else ["pawl has no mirror image"]
     assert list(joints_without_image({"pawl": pawl}, 0.0)) == told
 

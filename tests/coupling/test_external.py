@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import printed
-from scenes import CASES, block, moving, observed_orders, on_floor, scene, steady
+from scenes import CASES, Acting, block, joint_of, moving, observed_orders, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
@@ -18,8 +18,7 @@ from hydrosim.files.document_nodes import Table
 from hydrosim.report.sentences.run import summary
 from hydrosim.results.dataset import write_run
 from hydrosim.run.provenance import case_of
-from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
-from hydrosim.scene.joint import Resistance
+from hydrosim.scene import Kinematics, Method, Scene, Start
 
 MASS, STIFFNESS = 1e3, 1e4
 OMEGA = np.sqrt(STIFFNESS / MASS)  # rad/s
@@ -337,8 +336,8 @@ def steady_at(point: tuple[float, float, float]) -> Any:
 def test_a_body_on_a_ball_joint() -> None:
     """Its coordinates are those of the joint: the function is given angles as in the dataset, and
     a resistance that is alike in all directions is that of the element."""
-    rates = tuple(Resistance(velocity=rate) for rate in (0.5, -0.8, 0.4))
-    hung = Joint(JointType.BALL, "block", point=(0.0, 0.0, 2.0), resistances=rates)
+    rates = tuple(Acting(velocity=rate) for rate in (0.5, -0.8, 0.4))
+    hung = joint_of("ball", "block", None, *rates, point=(0.0, 0.0, 2.0))
     resistance = np.diag([30.0] * 3 + [200.0] * 3)
     inside = {"it": hs.LinearDamping("block", resistance)}
     whole = replace(scene(block(MASS), inside, END, 0.02), joints={"ball": hung})

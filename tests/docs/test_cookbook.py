@@ -10,10 +10,12 @@ import matplotlib.pyplot as plt
 import pytest
 from command_line import Command
 
+import hydrosim as hs
+
 COOKBOOK = Path(__file__).parents[2] / "docs" / "cookbook.md"
 BLOCK = re.compile(r"^```(yaml|sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 MAX_LINES = 12
-"""Lines of a block, imports included."""
+"""Lines of a block."""
 
 
 def test_tasks_are_short() -> None:
@@ -26,7 +28,7 @@ def test_tasks_are_short() -> None:
 def test_every_task_works(hydrosim: Command, tmp_path: Path) -> None:
     for kind, text in BLOCK.findall(COOKBOOK.read_text()):
         if kind == "python":
-            exec(compile(text, "docs/cookbook.md", "exec"), {"__name__": "__main__"})
+            exec(compile(text, "docs/cookbook.md", "exec"), {"__name__": "__main__", "hs": hs})
         elif kind == "yaml":
             name = text.splitlines()[0].partition("# file: ")[2]
             if name:

@@ -12,7 +12,7 @@ from hydrosim.interface.new import FileKind, schema_of
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 
-from key_pages import pages_of
+from key_pages import FOLDER, pages_of, reference_pages
 
 BARE = {"mass_matrix"}  # keys whose example would fill a page
 MASS = {"description": "Mass.", "quantity": "mass", "unit": "kg", "examples": ["5 tonne"]}
@@ -54,6 +54,11 @@ SMALL: dict[str, Any] = {
 }
 
 
+def slugify(title: str) -> str:
+    """Anchor of a heading, as GitHub makes it."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
 def row(text: str, key: str) -> list[str]:
     """The cells of a key's row: meaning, unit, default, example."""
     (found,) = re.findall(rf"^\| `{key}` \| (.*) \|$", text, re.M)
@@ -71,7 +76,7 @@ def test_a_key_has_meaning_unit_default_and_example() -> None:
 
 def test_sections_are_named_by_places() -> None:
     text = pages_of(SMALL)
-    titles = re.findall(r"^#+ (.*) \{", text, re.M)
+    titles = re.findall(r"^#+ (.*)$", text, re.M)
     assert titles == ["The file", "parts.NAME, type: cube", "parts.NAME, type: ball"]
 
 
@@ -80,10 +85,10 @@ def test_pages_of_the_program(kind: FileKind) -> None:
     """Every key has a meaning and an example; links hold; nothing is named as in Python."""
     schema = schema_of(kind)
     text = pages_of(schema)
-    anchors = re.findall(r"^#+ .* \{#(\S+)\}$", text, re.M)
+    titles = re.findall(r"^#+ (.*)$", text, re.M)
+    anchors = [slugify(title) for title in titles]
     assert len(set(anchors)) == len(anchors)
     assert set(re.findall(r"\]\(#([^)]*)\)", text)) <= set(anchors)
-    titles = re.findall(r"^#+ (.*) \{", text, re.M)
     names = {each.get("title", "") for each in schema["$defs"].values()} - {""}
     assert not {title for title in titles if title in names}
     assert not re.search(r"see `|hydrosim\.", text)
@@ -96,3 +101,11 @@ def test_pages_of_the_program(kind: FileKind) -> None:
     known = json.dumps(schema)
     assert keys
     assert all(f'"{key}"' in known for key in keys)
+
+
+def test_kept_pages_are_fresh() -> None:
+    """After a change of keys or commands: ``python docs/key_pages.py``."""
+    pages = reference_pages()
+    assert set(pages) <= set(FOLDER.iterdir())
+    assert [path.name for path, text in pages.items() if path.read_text("utf-8") != text] == []
+    assert sum(len(text.encode()) for text in pages.values()) < 400_000

@@ -179,7 +179,7 @@ import hydrosim as hs
 from dataclasses import replace
 from scipy.integrate import solve_ivp
 from hydrosim.scene.links import HydraulicDamper
-from hydrosim.scene import Body, Joint, JointResistance, JointType, Scene, Solver, Start
+from hydrosim.scene import Body, Scene, Solver, Start
 
 m, oil, orifice, stop, low, high = 1e3, 4e4, 3e2, 8e4, -0.4, 0.5
 law = {"oil": oil, "orifice": orifice, "stop": stop}
@@ -206,8 +206,7 @@ def about_axis():
 
 
 def in_joint():
-    moving = (JointResistance(velocity=speed),)
-    slider = Joint(JointType.SLIDER, "block", None, (0, 0, 0), (1, 0, 0), resistances=moving)
+    slider = hs.Slider("block", axis=(1, 0, 0), initial=hs.SlideInitial(0.0, speed))
     damper = HydraulicDamper("block", joint="it", shortest=low, longest=high, **law)
     body = Body("block", m, m * np.eye(3))
     return replace(on_line(), bodies=(body,), joints={"it": slider}, forces={"damper": damper})

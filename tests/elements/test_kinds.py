@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import block, in_contact, on_floor, scene
+from scenes import Acting, JointFriction, block, in_contact, joint_of, on_floor, scene
 
 import hydrosim
 import hydrosim as hs
@@ -21,7 +21,7 @@ from hydrosim.elements.kind import (
     ResetsOnRestart,
     UnitKind,
 )
-from hydrosim.scene import Active, Joint, JointFriction, JointResistance, JointType, When
+from hydrosim.scene import Active, When
 
 PACKAGE = Path(hydrosim.__file__).parent
 NAMING = 8 + 2  # files outside `forces` that may name a kind; two are about constraints alone
@@ -89,11 +89,11 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
 
 def test_reactions_are_of_one_unit_each() -> None:
     """Contact points, joints that are constraints, and dry friction in joints."""
-    friction = JointResistance(friction=JointFriction(2.0, 1.0))
+    friction = Acting(friction=JointFriction(2.0, 1.0))
     joints = {
-        "hinge": Joint(JointType.HINGE, "block", resistances=(friction,)),
-        "pin": Joint(JointType.FIXED, "block", active=Active(When(1.0))),
-        "other pin": Joint(JointType.FIXED, "block", active=Active(When(2.0))),
+        "hinge": joint_of("hinge", "block", None, friction),
+        "pin": hs.Fixed("block", active=Active(When(1.0))),
+        "other pin": hs.Fixed("block", active=Active(When(2.0))),
     }
     feet = on_floor(1e6, Frictionless(), [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)])
     made = replace(scene(block(1e3), {"feet": feet}, 1.0, 0.1), joints=joints)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any
 
-from hydrosim.scene.joint import MOTIONS, MotionKind
+from hydrosim.scene import joint as joints
 from tests.generators.random_cases import FINE, GRAVITY, STEPS, Case, Draw, Place, rounded
 from tests.generators.random_links import LINKED_FROM, Course, draw_link
 
@@ -367,10 +367,12 @@ def _link_joints(tree: Tree) -> None:
     sizes = {limb.name: limb for limb in tree.limbs}
     for name, joint in tree.joints.items():
         limb = sizes[joint["body"]]
-        motions = [m for m in MOTIONS[joint["type"]] if m.kind != MotionKind.SWIVEL]
+        motions = [
+            m for m in getattr(joints, joint["type"].capitalize()).motions if m.kind != "swivel"
+        ]
         for motion in motions:
             for _ in range(d.one((0, 1, 2), 50, 40, 10)):
-                turns = motion.kind == MotionKind.TURN
+                turns = motion.kind == "turn"
                 span, mass = (0.5, limb.inertia) if turns else (0.3 * limb.size, limb.mass)
                 course = Course(0.0, span, mass)
                 link = draw_link(d, course)

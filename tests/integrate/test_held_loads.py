@@ -13,7 +13,18 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from scenes import block, central_force, foot, mooring, scene, steady, surge
+from scenes import (
+    Acting,
+    JointFriction,
+    block,
+    central_force,
+    foot,
+    joint_of,
+    mooring,
+    scene,
+    steady,
+    surge,
+)
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
@@ -21,7 +32,7 @@ from scipy.optimize import brentq
 import hydrosim as hs
 from hydrosim.compile import clock
 from hydrosim.elements import Harmonic, Recorded, Table, constant
-from hydrosim.scene import JointFriction, JointResistance, JointType, Method
+from hydrosim.scene import Method
 
 Function = Callable[[float], float]
 
@@ -45,8 +56,8 @@ def duration_of(period: float, output_step: float) -> float:
 
 def slider(force: Harmonic, duration: float, output_step: float, **solver: Any) -> hs.Scene:
     """A block on a slider with dry friction, and a force along it."""
-    resistance = JointResistance(friction=JointFriction(STATIC, KINETIC))
-    joint = hs.Joint(JointType.SLIDER, "block", axis=(1.0, 0.0, 0.0), resistances=(resistance,))
+    resistance = Acting(friction=JointFriction(STATIC, KINETIC))
+    joint = joint_of("slider", "block", None, resistance, axis=(1.0, 0.0, 0.0))
     push = central_force(surge=force)
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"slider": joint})
@@ -122,7 +133,7 @@ def test_a_fixed_step_meets_every_peak(period, excess, output_step, figure):
 
 def breaking(force: Harmonic, duration: float, output_step: float, **solver: Any) -> hs.Scene:
     """A block on a fixed joint that breaks, and a force on it."""
-    joint = hs.Joint(JointType.FIXED, "block", breaks_at=STATIC)
+    joint = hs.Fixed("block", breaks_at=STATIC)
     push = central_force(surge=force)
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"bolt": joint})

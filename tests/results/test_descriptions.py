@@ -12,9 +12,11 @@ import xarray as xr
 import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.elements import ELEMENT_KINDS
+from hydrosim.interface.backend import ResultBackend
+from hydrosim.results.dataset import KIND, PURPOSE, REQUIRED_NAMES, ResultKind, kind_of
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.runs_file import open_runs
-from hydrosim.results.variables import PURPOSE, describe_coordinates
+from hydrosim.results.variables import describe_coordinates
 from hydrosim.run.provenance import case_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.explain import explain_run
@@ -87,7 +89,7 @@ def study(case: Path) -> xr.Dataset:
     path = case.with_name("study.yaml")
     path.write_text(STUDY)
     run_study(load_study(path), case.with_name("study.nc"))
-    return xr.open_dataset(case.with_name("study.nc"))
+    return xr.load_dataset(case.with_name("study.nc"))
 
 
 def test_every_variable_of_a_run_and_of_its_statistics_is_described(
@@ -100,8 +102,59 @@ def test_every_variable_of_a_run_and_of_its_statistics_is_described(
     assert undescribed(explain_run(pulled)) == []
 
 
-def test_every_variable_of_a_study_is_described(study: xr.Dataset) -> None:
-    assert undescribed(study) == []
+LIMITS = """
+case: heave.yaml
+duration: 30 min
+seeds: 1-20
+criteria: {{heave: {{channel: position.sphere.heave, statistic: largest_absolute, limit: 1 m}}}}
+operability: {{peak_periods: [6 s], heights: {{from: 0.5 m, to: 5 m, apart: 0.5 m}}}}
+"""
+HEAVE = f"extends: {ROOT}/cases/sphere/irregular.yaml\nbodies: {{sphere: {{dofs: [heave]}}}}\n"
+
+
+@pytest.fixture(scope="module")
+def results(case: Path, study: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Results of all kinds but runs, by kind, each read from its file."""
+    folder = case.parent
+    (folder / "heave.yaml").write_text(HEAVE)
+    (folder / "limits.yaml").write_text(LIMITS.format())
+    hs.simulate(case, output=folder / "run.nc")
+    hs.export(folder / "run.nc", folder / "run.csv")
+    hs.simulate_many([case] * 2, folder / "set.nc")
+    run = hs.open_run(folder / "run.nc")
+    run.hydrosim.extremes(output=folder / "statistics.nc")
+    run.hydrosim.explain(output=folder / "explanation.nc")
+    run.hydrosim.compare(folder / "run.csv", output=folder / "comparison.nc")
+    hs.compare(folder / "study.nc", folder / "study.nc", output=folder / "comparison of sets.nc")
+    hs.study(folder / "limits.yaml", output=folder / "operability.nc")
+    hs.analyse(folder / "heave.yaml", output=folder / "analysis.nc")
+    steps = {"methods": "rk4", "steps": "0.1,0.05", "tolerances": "1e-5"}
+    hs.analyse(case, converge=True, output=folder / "convergence.nc", **steps)
+    seeds = xr.concat([study] * 4, "run", data_vars="all", combine_attrs="override")
+    seeds = seeds.isel(run=seeds.forces_rope_anchor.values == "A")
+    seeds.hydrosim.extremes_over_seeds().to_netcdf(folder / "extremes over seeds.nc")
+    kinds = [kind for kind in ResultKind if kind != ResultKind.RUN]
+    return {kind: xr.load_dataset(folder / f"{kind}.nc", engine=ResultBackend) for kind in kinds}
+
+
+def test_every_result_says_its_kind_and_describes_its_variables(
+    results: dict[str, xr.Dataset],
+) -> None:
+    for kind, result in results.items():
+        assert (kind, result.attrs["kind"]) == (kind, kind_of(result))
+        assert (kind, undescribed(result)) == (kind, [])
+        assert not any("." in str(name) for name in result.variables)
+
+
+def test_results_without_a_kind_are_recognised_by_their_variables(
+    results: dict[str, xr.Dataset],
+) -> None:
+    for kind in REQUIRED_NAMES.keys() - {ResultKind.RUN, ResultKind.STUDY}:
+        earlier = results[kind].copy()
+        del earlier.attrs[KIND]
+        assert (kind, kind_of(earlier)) == (kind, kind)
+        assert str(earlier.hydrosim.summary())
+    assert kind_of(results[ResultKind.STUDY].isel(run=0)) == ""
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: f"{path.parent.name}/{path.stem}")

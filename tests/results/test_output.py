@@ -15,7 +15,7 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.results import phases
 from hydrosim.results.channels import CHANNEL_KINDS, channel_series
-from hydrosim.results.dataset import read_run, write_run
+from hydrosim.results.dataset import PURPOSE, RESTART, read_run, write_run
 from hydrosim.results.variables import MIXED, VARIABLES
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 from hydrosim.scene.contacts import Frictionless, PrescribedNormal
@@ -230,8 +230,13 @@ def test_round_trip_through_netcdf(scene: str, tmp_path: Path) -> None:
     run = hs.simulate(replace(scene_of(scene), duration=5.0))
     write_run(run, tmp_path / "run.nc")
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
-    back = xr.load_dataset(tmp_path / "run.nc")
+    back = read_run(tmp_path / "run.nc")
     xr.testing.assert_equal(back, run)
+    restart = [name for name, of in run.variables.items() if of.attrs.get(PURPOSE) == RESTART]
+    plain = xr.load_dataset(tmp_path / "run.nc")
+    xr.testing.assert_equal(plain, run.drop_vars(restart))
+    with xr.open_dataset(tmp_path / "run.nc", group=RESTART) as continuation:
+        assert {*continuation.variables} == {*restart}
     for name in run.data_vars:
         assert {k: np.asarray(v).tolist() for k, v in back[name].attrs.items()} == {
             k: np.asarray(v).tolist() for k, v in run[name].attrs.items()

@@ -102,7 +102,7 @@ def _resistance_constants(acting: JointResistance) -> tuple[Any, ...]:
     return (
         *(acting.stiffness, acting.neutral, acting.damping),
         (*ends.range, ends.stiffness, ends.damping) if ends else stop.NO_STOPS,
-        *(friction.given if friction else (-1.0, 0.0)),
+        *(friction.constant_friction if friction else (-1.0, 0.0)),
         *(friction.coefficients if friction else (0.0, 0.0)),
         *(radius, collar, 1.0 / distance),
     )

@@ -18,7 +18,6 @@ from hydrosim.report.sentences.series import CHARTS_NOTE
 if TYPE_CHECKING:
     import xarray as xr
 
-COMPARISON_VARIABLES = ("ours", "recorded", "residual", "verdict")
 RMS_SHARES = (1e-3, 0.01, 0.1)
 """Rms over std, between which channels are counted."""
 KIND_ORDER = ("position", "wave", "fender", "spring", "", "energy")
@@ -34,11 +33,6 @@ RULES = (
     "Apart by 12 % of the std: none of these, and how much it is.",
 )
 """What the words of a verdict mean."""
-
-
-def is_comparison(comparison: xr.Dataset) -> bool:
-    """Whether a dataset is what `hydrosim compare` writes of a run and a recording."""
-    return all(name in comparison for name in COMPARISON_VARIABLES) and "channel" in comparison.dims
 
 
 def comparison_document(comparison: xr.Dataset) -> Document:
@@ -302,13 +296,7 @@ COMPARISON_SECTIONS: Sections[xr.Dataset] = {
 
 # Two sets of runs: numbers that differ by more than chance.
 
-STUDY_COMPARISON_VARIABLES = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
 MAX_PICTURES = 12
-
-
-def is_of_studies(comparison: xr.Dataset) -> bool:
-    """Whether a dataset is what `hydrosim compare` writes of two files of many runs."""
-    return all(name in comparison for name in STUDY_COMPARISON_VARIABLES)
 
 
 def studies_document(comparison: xr.Dataset) -> Document:

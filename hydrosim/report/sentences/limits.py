@@ -46,13 +46,6 @@ MAX_SHARE_OUTSIDE = 0.5
 NO_LIMIT = {side: f"no limit: {side} the heights" for side in ("below", "above")}
 """What is said of a sea whose limit is on a side of the heights."""
 HOUR_S = 3600.0
-LIMIT_DIMS = ("stage", "swell", "heading", "peak_period")
-
-
-def is_limits(limits: xr.Dataset) -> bool:
-    """Whether a dataset is what `hydrosim study` writes."""
-    has_variables = all(name in limits for name in LIMIT_VARIABLES)
-    return has_variables and set(LIMIT_DIMS) <= set(limits.limit.dims)
 
 
 def limits_document(limits: xr.Dataset) -> Document:

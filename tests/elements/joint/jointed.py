@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
+from scenes import Acting, joint_of
 
 import hydrosim as hs
-from hydrosim.scene import ForceElement, JointResistance, JointType, LinearScenes, Method, Weight
-from hydrosim.scene.joint import MOTIONS
+from hydrosim.scene import ForceElement, LinearScenes, Method, Weight
 
 G = 9.81
 FRAME = {"centre": (0.0, 0.0, 0.0), **dict(zip("xyz", map(tuple, np.eye(3).tolist()), strict=True))}
@@ -30,21 +30,17 @@ def carried(
     return hs.Body(name, mass, matrix, **given)
 
 
-def joint(
-    kind: str, body: str, to: str | None = None, *motions: JointResistance, **place: Any
-) -> hs.Joint:
+def joint(kind: str, body: str, to: str | None = None, *motions: Acting, **place: Any) -> hs.Joint:
     """A joint; ``motions`` are the resistances of its free motions, none without them."""
-    free = JointType(kind)
-    resistances = motions or (JointResistance(),) * len(MOTIONS[free])
-    return hs.Joint(free, body, to, resistances=tuple(resistances), **place)
+    return joint_of(kind, body, to, *motions, **place)
 
 
-def moved(position: float = 0.0, velocity: float = 0.0, **acts: Any) -> JointResistance:
+def moved(position: float = 0.0, velocity: float = 0.0, **acts: Any) -> Acting:
     """A motion of a joint with its start."""
-    return JointResistance(position=position, velocity=velocity, **acts)
+    return Acting(position=position, velocity=velocity, **acts)
 
 
-def swivelled(rotation: Sequence[float], rate: Sequence[float]) -> list[JointResistance]:
+def swivelled(rotation: Sequence[float], rate: Sequence[float]) -> list[Acting]:
     """The motions of a ball joint with their start."""
     return [moved(angle, speed) for angle, speed in zip(rotation, rate, strict=True)]
 

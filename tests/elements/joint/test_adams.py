@@ -67,7 +67,7 @@ PENDULUMS = (
     Pendulum("ball", "Spherical_Case01", (0, 0, 0), (2, 0, 0), 0.0, {}, True),
     Pendulum(
         *("universal", "Universal_Case01", (0, 0, 0), (0, 2, 0), 90.0),
-        {"axis": (1, 0, 0), "second": (0, 0, 1)},
+        {"axis": (1, 0, 0), "second_axis": (0, 0, 1)},
         *(True, np.pi / 2),
     ),
     Pendulum("slider", "Prismatic_Case02", (1, 2, 3), (2, 0, 0), -45.0, {"axis": SLANT}),

@@ -145,8 +145,10 @@ OTHERS = {
     "level hinge": other_joint("hinge", (0.3, -0.4), axis=Y),
     "slanted hinge": other_joint("hinge", (0.2, -0.5), axis=(0.5, 0.2, 1.0)),
     "ball": other_joint("ball", (0.2, 0.1), (-0.3, 0.2), (0.4, -0.5)),
-    "universal": other_joint("universal", (0.2, 0.3), (-0.3, 0.2), axis=X, second=Y),
-    "vertical universal": other_joint("universal", (0.2, 0.5), (0.1, 0.2), axis=tuple(Z), second=Y),
+    "universal": other_joint("universal", (0.2, 0.3), (-0.3, 0.2), axis=X, second_axis=Y),
+    "vertical universal": other_joint(
+        "universal", (0.2, 0.5), (0.1, 0.2), axis=tuple(Z), second_axis=Y
+    ),
     "slider": other_joint("slider", (0.1, 0.2), axis=(1.0, 0.3, 0.2)),
     "cylindrical": other_joint("cylindrical", (0.1, -0.1), (0.3, 0.4), axis=(0.2, 0.1, 1.0)),
     "planar": other_joint("planar", (0.1, 0.1), (0.0, -0.1), (0.2, 0.3), axis=(0.1, 0.2, 1.0)),

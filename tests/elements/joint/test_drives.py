@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import G, apart, by_rk4, carried, completed, joint, moved, places, scene
-from scenes import assert_continues, observed_orders
+from scenes import Acting, JointFriction, assert_continues, observed_orders, with_motions
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.optimize import brentq
 from solutions import solved
@@ -26,17 +26,7 @@ from hydrosim.files.outputs import Output
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.run import course
 from hydrosim.run.checkpoint import Checkpoint
-from hydrosim.scene import (
-    Hull,
-    JointFriction,
-    JointResistance,
-    JointType,
-    Kinematics,
-    Method,
-    Question,
-    Ratchet,
-    Weight,
-)
+from hydrosim.scene import Hull, Kinematics, Method, Question, Weight
 
 X, Y, Z = np.eye(3).tolist()
 BOX = barge_with_deck(box(2.0, 1.0, 0.5), 1.0)
@@ -292,7 +282,7 @@ def test_a_driven_hull_that_capsizes_names_its_drive() -> None:
     block = carried("block", 12.0, (5.0, 9.0, 7.0), (0.0,) * 3)
     still = replace(block, name="still", location=(50.0, 0.0))
     hulls = [replace(each, hydrostatics=Hull(BOX)) for each in (still, block)]
-    pin = hs.Joint(JointType.HINGE, "block", axis=(0.0, 1.0, 0.0))
+    pin = hs.Hinge("block", axis=(0.0, 1.0, 0.0))
     turn = Drive("block", dof="angle", joint="pin", position=Harmonic(np.radians(95.0), 8.0))
     whole = replace(scene(hulls, {"pin": pin}, 8.0, {"turn": turn}), accept=tuple(Question))
     with pytest.raises(hs.SimulationError, match=r"heel of its hull.*moved by forces\.turn"):
@@ -308,8 +298,8 @@ def test_mistakes_are_told() -> None:
     whole = cart_and_rod()
     (cart, rod), away = whole.bodies, (1.0, 0, 0, 0, 0, 0)
     again = {**whole.forces, "again": Drive("cart", dof="surge", position=SHAKE)}
-    stuck = JointResistance(friction=JointFriction(1.0, 1.0))
-    pin = replace(whole.joints["pin"], resistances=(stuck,))
+    stuck = Acting(friction=JointFriction(1.0, 1.0))
+    pin = with_motions(whole.joints["pin"], stuck)
     turn = {"turn": Drive("rod", dof="angle", position=SHAKE, joint="pin")}
     place = "an initial position of 1 m in surge of cart, which this drive starts with 0.4336"
     for text, wrong in {
@@ -343,7 +333,7 @@ def test_a_run_to_start_from_must_end_where_the_drive_begins() -> None:
 def closed(whole: hs.Scene, name: str, kind: str, *times: float, **keys: Any) -> hs.Scene:
     """The scene with a joint of the cart to the earth that acts between these ``times`` [s]."""
     active = hs.Active(*map(hs.When, times)) if times else None
-    stop = replace(joint(kind, "cart", **keys), active=active, resistances=())
+    stop = replace(joint(kind, "cart", **keys), active=active)
     return replace(whole, joints={**whole.joints, name: stop})
 
 
@@ -515,7 +505,9 @@ def test_a_ratchet_may_be_closed_under_a_drive_from_the_start(back: bool, ends: 
     """The drive rests until 2 s; then it goes the way of the ratchet, or back."""
     way = -1.0 if back else 1.0
     signal = SmoothTable(np.array([0.0, 2.0, 4.0, DURATION]), way * np.array([0.0, 0.0, 0.6, 0.6]))
-    held = closed(cart_and_rod(signal, step=0.05), "pawl", "ratchet", axis=X, ratchet=Ratchet())
+    held = closed(
+        cart_and_rod(signal, step=0.05), "pawl", "ratchet", axis=X, slide=hs.SlidingPawl()
+    )
     if not ends:
         found = completed(held).sel(body="cart", dof="surge").position
         assert found[-1] == pytest.approx(0.6, abs=1e-12)
@@ -547,7 +539,7 @@ def test_a_drive_may_rest_in_a_closed_joint_and_not_leave_it(type_: str, until: 
 def test_a_ratchet_lets_a_drive_go_its_way_alone() -> None:
     """It holds while the drive rests, lets it go on, and ends the run when it goes back."""
     whole = cart_and_rod(RESTS, step=0.05)
-    held = closed(whole, "pawl", "ratchet", 1.0, axis=X, ratchet=Ratchet())
+    held = closed(whole, "pawl", "ratchet", 1.0, axis=X, slide=hs.SlidingPawl())
     run = completed(replace(held, duration=7.0))
     mode = run.lock_mode.values[:, 0]
     assert [mode[TIME.searchsorted(t)] for t in (1.5, 3.0, 6.0)] == [3, 2, 2]

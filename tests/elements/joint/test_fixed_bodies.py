@@ -26,7 +26,6 @@ from hydrosim.scene import (
     ConvolutionRadiation,
     Family,
     Hull,
-    JointType,
     Kinematics,
     Place,
     StateSpaceRadiation,
@@ -79,8 +78,8 @@ def three(**keys: Any) -> tuple[hs.Body, ...]:
     return wet, *lumps
 
 
-LOWER = hs.Joint(JointType.FIXED, "barge", "carrier", point=(1.0, 2.0, 3.0))
-WELDS = {"lower": LOWER, "upper": hs.Joint(JointType.FIXED, "load", "barge")}
+LOWER = hs.Fixed("barge", "carrier", point=(1.0, 2.0, 3.0))
+WELDS = {"lower": LOWER, "upper": hs.Fixed("load", "barge")}
 
 
 def lines() -> Mapping[str, hs.Spring]:

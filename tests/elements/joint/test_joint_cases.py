@@ -16,7 +16,7 @@ from hydrosim.compile.compile import compile_scene
 from hydrosim.errors import InputError
 from hydrosim.report.sentences.run import run_document
 from hydrosim.results.channels import channel_series
-from hydrosim.scene import Joint, JointType, Ratchet, When, Window
+from hydrosim.scene import When
 from tests.generators.articulated_cases import TYPES, articulated_case
 from tests.generators.random_cases import text_of
 from tests.generators.random_links import LINKED_FROM
@@ -53,7 +53,7 @@ def test_a_pin_with_a_channel_and_a_window(tmp_path: Path) -> None:
     """
     path = case(tmp_path, pin)
     joint = load_case(path).scene().joints["pin"]
-    assert joint.window == Window(0.8, 2.0)
+    assert joint.window == hs.JointWindow(0.8, 2.0)
     assert joint.active.start == When(channel="clearance.eyes", below=0.5)
     run = hs.simulate(path)
     # the masses are 1 m apart at rest, which is a gap of zero at the joint's point
@@ -84,8 +84,8 @@ def test_a_pin_waits_for_a_relative_speed(tmp_path: Path) -> None:
 def test_a_ratchet_of_a_case_file(tmp_path: Path) -> None:
     text = "pawl: {type: ratchet, body: a, axis: [-1, 0, 0], slide: {pitch: 0.1 m}}"
     joint = load_case(case(tmp_path, text)).scene().joints["pawl"]
-    assert joint.type == JointType.RATCHET
-    assert joint.ratchet == Ratchet(False, 0.1)
+    assert joint.type == "ratchet"
+    assert joint.pawl == hs.SlidingPawl(0.1)
     run = hs.simulate(case(tmp_path, text))
     assert np.abs(run.position.values[:, 0, 0]).max() < 1e-9  # the wrong way: held at once
 
@@ -157,9 +157,9 @@ def test_a_load_that_two_joints_share_is_warned_of(tmp_path: Path) -> None:
 def test_unknown_bodies_of_a_scene_are_named() -> None:
     base = scene([block(2.0, name="a")], {}, 1.0, 0.1)
     for joint, text in (
-        (Joint(JointType.FIXED, "a", "c"), "joints.pin.to: found c"),
-        (Joint(JointType.FIXED, "c"), "joints.pin.body: found c"),
-        (Joint(JointType.FIXED, "a", "a"), "joints.pin.to: found a on both sides"),
+        (hs.Fixed("a", "c"), "joints.pin.to: found c"),
+        (hs.Fixed("c"), "joints.pin.body: found c"),
+        (hs.Fixed("a", "a"), "joints.pin.to: found a on both sides"),
     ):
         with pytest.raises(InputError, match=text):
             hs.simulate(replace(base, joints={"pin": joint}))
@@ -186,7 +186,7 @@ def test_a_random_articulated_case_is_one_that_a_case_file_may_hold(tmp_path: Pa
         assert text == text_of(articulated_case(number))
         path.write_text(text)
         scene = load_case(path).scene()
-        types.update(joint.type.value for joint in scene.joints.values())
+        types.update(joint.type for joint in scene.joints.values())
         sizes[len(scene.bodies)] += 1
     assert types.keys() == TYPES.keys()
     assert sizes.keys() == {2, 3, 4, 5, 6}

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from jointed import G, by_rk4, carried, completed, joint, moved, places, rotations, scene
 from redundant import EARTH, Link, Rigid, joint_wrenches, openings
+from scenes import Acting, with_motions
 from turning import at_rest
 
 import hydrosim as hs
@@ -17,8 +18,7 @@ from hydrosim.integrate.dynamics import Model, Work, accelerate, is_articulated,
 from hydrosim.multibody.articulated import accelerate_articulated
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Joint, JointResistance, JointType, Kinematics, Scene, Weight
-from hydrosim.scene.joint import MOTIONS
+from hydrosim.scene import Joint, Kinematics, Scene, Weight
 
 WITHIN = 1e-10  # of the largest force or moment
 HELD = 1e-13  # m, and of the cosine of a right angle
@@ -47,16 +47,16 @@ def random_direction(rng: np.random.Generator) -> np.ndarray:
     return found / np.linalg.norm(found)
 
 
-def random_motions(kind: str, rng: np.random.Generator) -> list[JointResistance]:
+def random_motions(kind: str, rng: np.random.Generator) -> list[Acting]:
     """Any place and speed of all free motions."""
-    count = len(MOTIONS[JointType(kind)])
+    count = len(getattr(hs, kind.capitalize()).motions)
     return [moved(*rng.uniform(-1.2, 1.2, 2)) for _ in range(count)]
 
 
 def random_joint(kind: str, body: str, to: str | None, rng: np.random.Generator) -> Joint:
     first = random_direction(rng)
     second = np.cross(first, random_direction(rng))
-    axes = {"axis": tuple(first), "second": tuple(second)}
+    axes = {"axis": tuple(first), "second_axis": tuple(second)}
     point = tuple(rng.uniform(-1.0, 1.0, 3))
     return joint(kind, body, to, *random_motions(kind, rng), point=point, **axes)
 
@@ -104,7 +104,7 @@ def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], l
         point, axes = np.array(each.point), each.axes()
         to_point, to_axes = to_R.T @ (place + R @ point - to_place), axes @ R.T @ to_R
         ends = (number[each.body], number.get(each.to or "", EARTH))
-        links.append(Link(each.type.value, *ends, point, to_point, axes, to_axes))
+        links.append(Link(each.type, *ends, point, to_point, axes, to_axes))
     return rigid, links
 
 
@@ -160,8 +160,7 @@ def test_what_acts_in_a_joint_is_no_part_of_its_load(figure) -> None:
 
 
 def _sprung(held: Joint) -> Joint:
-    acts = replace(held.resistances[0], stiffness=30.0, neutral=0.2, damping=4.0)
-    return replace(held, resistances=(acts,))
+    return replace(held, stiffness=30.0, neutral=0.2, damping=4.0)
 
 
 # Articulated bodies against the matrix of the whole, and placing that forgets what was before.
@@ -214,7 +213,10 @@ def test_places_do_not_depend_on_those_before(kinematics: Kinematics) -> None:
     whole = chain(("hinge", "universal", "slider"), 1)
     level = [replace(body, heading=0.0, weight=Weight.BALANCED) for body in whole.bodies]
     solver = replace(whole.solver, kinematics=kinematics)
-    still = {name: replace(joint, resistances=()) for name, joint in whole.joints.items()}
+    still = {
+        name: with_motions(joint, *[Acting()] * len(joint.motions))
+        for name, joint in whole.joints.items()
+    }
     whole = replace(whole, bodies=tuple(level), solver=solver, joints=still)
     compiled = hs.compile_scene(whole)
     model, fresh, y = placed(compiled, 1)

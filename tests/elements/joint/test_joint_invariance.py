@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import carried, completed, joint, moved, scene, swivelled
-from scenes import turned_scene
+from scenes import Acting, turned_scene
 from turning import points, renamed, rooted, swapped, turned_back
 
 from hydrosim.elements import AppliedForce, Harmonic, LinearMooring, Spring
-from hydrosim.scene import ForceElement, JointResistance, Scene, Tolerance, Weight
+from hydrosim.scene import ForceElement, Scene, Tolerance, Weight
 
 WITHIN = 1e-9  # of the range
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])
@@ -52,7 +52,7 @@ def tree() -> Scene:
             *("universal", "leg", "hull", moved(0.2, 0.1, stiffness=60.0), moved(-0.1, 0.2)),
             point=(0.3, 0.2, 1.2),
             axis=(1.0, 0.5, 0.0),
-            second=(-0.5, 1.0, 0.4),
+            second_axis=(-0.5, 1.0, 0.4),
         ),
         "shin": joint(
             *("slider", "foot", "leg", moved(0.1, 0.3, stiffness=50.0, neutral=0.1, damping=1.0)),
@@ -82,9 +82,9 @@ def tree() -> Scene:
     return scene(bodies, joints, 2.0, forces, output_step=0.1, tolerance=TOLERANCE)
 
 
-def damped(motions: list[JointResistance]) -> list[JointResistance]:
+def damped(motions: list[Acting]) -> list[Acting]:
     """A ball joint with damping: as a root the hand's pitch must stay below 85 deg."""
-    return [replace(motion, damping=4.0) for motion in motions]
+    return [motion._replace(damping=4.0) for motion in motions]
 
 
 @cache

@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import carried, completed, joint, scene
-from scenes import central_force
+from scenes import Acting, JointFriction, Stops, central_force, joint_of, with_motions
 
 import hydrosim as hs
 from hydrosim import simulate
 from hydrosim.compile.joints import rodrigues
 from hydrosim.elements import Table
 from hydrosim.errors import InputError
-from hydrosim.scene import JointFriction, JointResistance, JointType, LinearScenes, Method, Stops
-from hydrosim.scene.joint import Window
+from hydrosim.scene import LinearScenes, Method
 
 MASS = 2.0
 INERTIA = np.diag([3.0, 4.0, 5.0])
@@ -23,12 +22,12 @@ INERTIA = np.diag([3.0, 4.0, 5.0])
 
 def sliding(step: float, method: Method = Method.RK4, **acting: object) -> hs.Scene:
     """A body that slides along x on the earth."""
-    return on_joint(JointType.SLIDER, step, method, **acting)
+    return on_joint("slider", step, method, **acting)
 
 
-def on_joint(kind: JointType, step: float, method: Method, **acting: object) -> hs.Scene:
+def on_joint(kind: str, step: float, method: Method, **acting: object) -> hs.Scene:
     """A body on a joint to the earth through its centre of gravity, with the axis x."""
-    joint = hs.Joint(kind, "body", axis=(1.0, 0.0, 0.0), resistances=(JointResistance(**acting),))
+    joint = joint_of(kind, "body", None, Acting(**acting), axis=(1.0, 0.0, 0.0))
     solver = hs.Solver(step=step, method=method, linear=LinearScenes.STEP)
     bodies = (hs.Body("body", MASS, INERTIA),)
     whole = hs.Scene("joint", 6.0, bodies, joints={"joint": joint}, solver=solver)
@@ -50,9 +49,9 @@ def bounced(t: np.ndarray, speed: float, end: float, omega: float) -> np.ndarray
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("kind", [JointType.SLIDER, JointType.HINGE])
-def test_an_elastic_stop_gives_the_motion_back(kind: JointType, side: float) -> None:
-    inertia = MASS if kind == JointType.SLIDER else INERTIA[0, 0]
+@pytest.mark.parametrize("kind", ["slider", "hinge"])
+def test_an_elastic_stop_gives_the_motion_back(kind: str, side: float) -> None:
+    inertia = MASS if kind == "slider" else INERTIA[0, 0]
     omega = np.sqrt(18.0 / inertia)
     stops = Stops(-0.53 if side < 0 else -9.0, 0.53 if side > 0 else 9.0, 18.0)
     run = simulate(on_joint(kind, 0.005, Method.RK4, velocity=0.7 * side, stops=stops))
@@ -135,14 +134,14 @@ def test_a_joint_told_from_its_other_side_is_the_same() -> None:
     acting = {"stiffness": 5.0, "damping": 0.4, "velocity": 0.3, "stops": Stops(-0.02, 0.03, 40.0)}
     one = hs.Body("one", 2.0, INERTIA, centre_of_gravity=(0.5, 0.0, 0.0))
     other = hs.Body("other", 5.0, 2.0 * INERTIA)
-    there = hs.Joint(JointType.HINGE, "one", "other", (0.4, 0.1, 0.0), (0.0, 1.0, 0.0))
+    there = hs.Hinge("one", "other", (0.4, 0.1, 0.0), axis=(0.0, 1.0, 0.0))
     here = replace(there, body="other", to="one", point=(0.9, 0.1, 0.0))
     turned = dict(acting, velocity=-0.3, stops=Stops(-0.03, 0.02, 40.0))
-    base = hs.Joint(JointType.HINGE, "other", None, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
-    base = replace(base, resistances=(JointResistance(stiffness=9.0, velocity=0.2),))
+    base = hs.Hinge("other", None, (0.0, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
+    base = with_motions(base, Acting(stiffness=9.0, velocity=0.2))
     runs = []
-    for hinge, motions in ((there, JointResistance(**acting)), (here, JointResistance(**turned))):
-        joints = {"base": base, "joint": replace(hinge, resistances=(motions,))}
+    for hinge, motions in ((there, Acting(**acting)), (here, Acting(**turned))):
+        joints = {"base": base, "joint": with_motions(hinge, motions)}
         runs.append(simulate(replace(sliding(0.01), bodies=(other, one), joints=joints)))
     first, second = runs
     assert np.abs(first.velocity - second.velocity).max() < 1e-9
@@ -169,8 +168,8 @@ SLIDING_MASS, RAIL_DAMPING, LAUNCH_SPEED = 3.0, 1.2, 2.0
 
 def held_at(pin: hs.Joint, step: float, method: Method) -> float:
     """Where a sliding body that damping slows down is held by a ``pin`` to the earth [m]."""
-    damped = JointResistance(damping=RAIL_DAMPING, velocity=LAUNCH_SPEED)
-    rail = hs.Joint(JointType.SLIDER, "body", axis=(1.0, 0.0, 0.0), resistances=(damped,))
+    damped = Acting(damping=RAIL_DAMPING, velocity=LAUNCH_SPEED)
+    rail = joint_of("slider", "body", None, damped, axis=(1.0, 0.0, 0.0))
     solver = hs.Solver(step=step, method=method, linear=LinearScenes.STEP)
     bodies, joints = (hs.Body("body", SLIDING_MASS, np.eye(3)),), {"rail": rail, "pin": pin}
     scene = hs.Scene("closing", 4.0, bodies, joints=joints, solver=solver, output_step=0.5)
@@ -187,7 +186,7 @@ def time_of(place: float) -> float:
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
 def test_a_window_closes_at_its_speed(method: Method) -> None:
-    pin = hs.Joint(JointType.FIXED, "body", window=Window(gap=100.0, speed=0.9))
+    pin = hs.Fixed("body", window=hs.JointWindow(gap=100.0, speed=0.9))
     found = time_of(held_at(pin, 0.01, method))
     assert found == pytest.approx(SLIDING_MASS / RAIL_DAMPING * log(LAUNCH_SPEED / 0.9), abs=1e-9)
 
@@ -195,12 +194,12 @@ def test_a_window_closes_at_its_speed(method: Method) -> None:
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
 def test_a_channel_closes_at_its_value(method: Method) -> None:
     active = hs.Active(hs.When(channel="position.body.surge", above=1.7))
-    pin = hs.Joint(JointType.FIXED, "body", active=active)
+    pin = hs.Fixed("body", active=active)
     assert time_of(held_at(pin, 0.01, method)) == pytest.approx(time_of(1.7), abs=1e-9)
 
 
 def test_a_time_closes_at_that_time() -> None:
-    pin = hs.Joint(JointType.FIXED, "body", active=hs.Active(hs.When(1.234567)))
+    pin = hs.Fixed("body", active=hs.Active(hs.When(1.234567)))
     found = time_of(held_at(pin, 0.01, Method.RK4))
     assert found == pytest.approx(1.234567, abs=1e-9)
 
@@ -214,7 +213,7 @@ HINGE_TILT = np.radians(30.0)
 def spinning(axis: tuple[float, float, float]) -> np.ndarray:
     """Roll, pitch, yaw and hinge angle (nt, 4) of a body that turns about its centre of gravity."""
     body = carried("body", 2.0, [3.0, 4.0, 6.0], (0.0, 0.0, 0.0))
-    hinge = joint("hinge", "body", None, JointResistance(velocity=TURN_RATE), axis=axis)
+    hinge = joint("hinge", "body", None, Acting(velocity=TURN_RATE), axis=axis)
     run = completed(scene([body], {"hinge": hinge}, 6.0))
     turned = run.joint_position.values[:, :1]
     assert turned[-1, 0] == pytest.approx(6.0 * TURN_RATE, abs=1e-9)

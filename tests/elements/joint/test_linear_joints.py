@@ -4,21 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import scene, steady
+from scenes import Acting, JointFriction, scene, steady, with_motions
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.linear.modes import natural_modes
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import (
-    JointFriction,
-    JointResistance,
-    JointType,
-    Kinematics,
-    LinearScenes,
-    Method,
-    Ratchet,
-)
+from hydrosim.scene import Kinematics, LinearScenes, Method
 
 G, MASS, ARM, INERTIA = 9.81, 3.0, 2.0, 2.0
 
@@ -28,7 +20,7 @@ def pendulum(side: float = 0.0, **changes: object) -> hs.Scene:
     inertia = np.diag([1.0, INERTIA, 1.5])
     body = hs.Body("bob", MASS, inertia, centre_of_gravity=(0.0, 0.0, -ARM))
     load = steady("bob", heave=-MASS * G, surge=side)
-    hinge = hs.Joint(JointType.HINGE, "bob", None, (0.0, 0.0, ARM), (0.0, 1.0, 0.0))
+    hinge = hs.Hinge("bob", None, (0.0, 0.0, ARM), axis=(0.0, 1.0, 0.0))
     found = scene([body], {"load": load}, 4.0, 0.1, step=0.01, method=Method.RK4)
     return replace(found, joints={"hinge": hinge}, **changes)
 
@@ -68,8 +60,8 @@ def test_small_angles_keep_joints_and_are_propagated() -> None:
     base = pendulum(1.0)
     solver = replace(base.solver, kinematics=Kinematics.LINEAR)
     small = replace(base, forces={**base.forces, "spring": spring}, solver=solver)
-    start = JointResistance(position=-0.1, velocity=-0.2)
-    hinge = replace(small.joints["hinge"], resistances=(start,))
+    start = Acting(position=-0.1, velocity=-0.2)
+    hinge = with_motions(small.joints["hinge"], start)
     small = replace(small, joints={"hinge": hinge})
     stepped = hs.simulate(replace(small, solver=replace(small.solver, step=0.002)))
     exact = hs.simulate(replace(small, solver=replace(small.solver, linear=LinearScenes.EXACT)))
@@ -88,7 +80,7 @@ def test_a_lock_at_rest_is_a_constraint_of_the_linear_analysis() -> None:
         K = np.zeros((6, 6))
         K[0, 0] = k
         forces[f"{name}_spring"] = hs.LinearMooring(name, K)
-    pin = hs.Joint(JointType.FIXED, "a", "b", active=hs.Active(None, hs.When(100.0)))
+    pin = hs.Fixed("a", "b", active=hs.Active(None, hs.When(100.0)))
     found = replace(scene(bodies, forces, 1.0, 0.1), joints={"pin": pin})
     linear = hs.linearise(*compile_scene(found))
     w = np.sqrt(35.0 / 5.0)
@@ -98,9 +90,9 @@ def test_a_lock_at_rest_is_a_constraint_of_the_linear_analysis() -> None:
 def test_a_hinge_that_friction_and_a_ratchet_hold_has_no_mode() -> None:
     """Both hold its one motion, so that their shares are not defined, and nothing asks for them."""
     base = pendulum()
-    stuck = JointResistance(friction=JointFriction(20.0, 10.0))
-    hinge = replace(base.joints["hinge"], resistances=(stuck,))
-    pawl = replace(base.joints["hinge"], type=JointType.RATCHET, ratchet=Ratchet(True))
+    stuck = Acting(friction=JointFriction(20.0, 10.0))
+    hinge = with_motions(base.joints["hinge"], stuck)
+    pawl = hs.Ratchet("bob", None, (0.0, 0.0, ARM), axis=(0.0, 1.0, 0.0), turn=hs.TurningPawl())
     compiled = compile_scene(replace(base, joints={"hinge": hinge, "pawl": pawl}))
     linear = hs.linearise(*compiled)
     assert len(linear.constraints) == 2

@@ -21,7 +21,7 @@ from jointed import (
     scene,
 )
 from markers import few
-from scenes import turned_scene
+from scenes import Acting, JointFriction, turned_scene, with_motions
 from scipy.integrate import solve_ivp
 from turning import points, swapped, turned_back
 
@@ -31,7 +31,7 @@ from hydrosim.compile.compile import compile_scene
 from hydrosim.elements import AppliedForce, Table
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.report.sentences.analysis import linear_document
-from hydrosim.scene import JointFriction, JointResistance, Method, Scene, Start
+from hydrosim.scene import Method, Scene, Start
 from tests.generators.articulated_cases import articulated_case
 from tests.generators.random_cases import Case
 from tests.generators.scene_trials import offences, tried
@@ -381,7 +381,7 @@ def crane(duration: float = 2.0) -> Scene:
     pin = grips(0.2, 0.25, radius=0.12, collar_radius=0.2, bearing_distance=0.8)
     cross = grips(0.3, 0.4, radius=0.05)
     turn = moved(
-        0.0, 0.8, stiffness=6e3, neutral=0.3, friction=replace(pin, static=30.0, kinetic=20.0)
+        0.0, 0.8, stiffness=6e3, neutral=0.3, friction=pin._replace(static=30.0, kinetic=20.0)
     )
     joints = {
         "rail": joint(
@@ -403,7 +403,7 @@ def crane(duration: float = 2.0) -> Scene:
             moved(-0.2, 0.7, friction=cross),
             point=(0.0, 0.0, 1.6),
             axis=(1.0, 0.0, 0.0),
-            second=(0.0, 1.0, 0.0),
+            second_axis=(0.0, 1.0, 0.0),
         ),
     }
     return by_rk4(scene(bodies, joints, duration, output_step=0.05), 0.005)
@@ -434,7 +434,7 @@ def test_the_bearings_of_a_slide_are_on_its_body() -> None:
     trolley = carried("trolley", 900.0, INERTIA, (0.0, 0.0, 0.0))
     cart = carried("cart", 300.0, INERTIA, (0.0, 0.0, 0.4))
     base = joint("hinge", "trolley", None, point=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0))
-    base = replace(base, resistances=(JointResistance(stiffness=5e5, damping=2e4),))
+    base = with_motions(base, Acting(stiffness=5e5, damping=2e4))
     friction = grips(0.1, bearing_distance=0.5)
     shoes_on_cart = joint(
         "slider", "cart", "trolley", moved(0.2, 0.5, friction=friction), axis=(1.0, 0.0, 0.0)
@@ -497,7 +497,7 @@ def four_bar(*rubbing: str) -> Scene:
     spring = {"stiffness": 900.0, "neutral": 1.0}
     left, top = (moved(friction=grip if name in rubbing else None) for name in ("left", "top"))
     joints = {
-        "left": joint("hinge", "crank", None, replace(left, **spring), point=(0, 0, -0.5), axis=y),
+        "left": joint("hinge", "crank", None, left._replace(**spring), point=(0, 0, -0.5), axis=y),
         "top": joint("hinge", "coupler", "crank", top, point=(-1.0, 0.0, -0.1), axis=y),
         "right": joint("hinge", "rocker", None, point=(0.0, 0.0, -0.6), axis=y),
         "pin": joint("guide", "rocker", "coupler", point=(0.0, 0.0, 0.6), axis=y),
@@ -538,7 +538,7 @@ def test_friction_by_load_is_refused_where_motions_share_it(kind: str) -> None:
 def test_the_linear_analysis_takes_it_as_given_friction() -> None:
     base = pendulum(0.5, 0.01, 1.0)
     given = moved(friction=JointFriction(20.0, 10.0))
-    pin = replace(base.joints["pin"], resistances=(given,))
+    pin = with_motions(base.joints["pin"], given)
     linear = [hs.linearise(*compile_scene(s)) for s in (base, replace(base, joints={"pin": pin}))]
     np.testing.assert_array_equal(linear[0].constraints, linear[1].constraints)
     np.testing.assert_array_equal(linear[0].eigenvalues(), linear[1].eigenvalues())
@@ -573,7 +573,9 @@ def test_a_case_file_tells_the_friction(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(CASE % "static_coefficient: 0.2, guide_length: 0.8 m, static_force: 100 N")
     held = hs.load_case(path).scene().joints["rail"].resistances[0].friction
-    assert held == JointFriction(100.0, 100.0, 0.2, 0.2, bearing_distance=0.8)
+    assert held.constant_friction == (100.0, 100.0)
+    assert held.coefficients == (0.2, 0.2)
+    assert held.levers == (1.0, 0.0, 0.8)
     said = str(hs.check(path))
     assert "0.2 of the load of its bearings at rest" in said
     assert "more than 2 m beside the joint it jams" in said

@@ -9,6 +9,7 @@ import scenes
 import xarray as xr
 from jointed import FRAME
 from jointed import rotations as told
+from scenes import Acting, JointFriction, joint_of, with_motions
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -22,32 +23,27 @@ from hydrosim.scene import (
     Active,
     Body,
     Clearance,
-    Joint,
-    JointFriction,
-    JointResistance,
-    JointType,
     Kinematics,
     LinearScenes,
     Method,
     RadiationModel,
-    Ratchet,
     Scene,
     Symmetry,
     When,
-    Window,
 )
 
 CLOSES = 0.5  # s
-FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {
+SECOND = {"axis": (1.0, 2.0, -0.5), "second_axis": (2.0, -1.0, 0.0)}
+FREE_AXES: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
     # axes of free slides, and of free turns, among the three of the joint
-    JointType.FIXED: ((), ()),
-    JointType.HINGE: ((), (0,)),
-    JointType.BALL: ((), (0, 1, 2)),
-    JointType.UNIVERSAL: ((), (0, 1)),
-    JointType.SLIDER: ((0,), ()),
-    JointType.CYLINDRICAL: ((0,), (0,)),
-    JointType.PLANAR: ((1, 2), (0,)),
-    JointType.GUIDE: ((0,), (0, 1, 2)),
+    "fixed": ((), ()),
+    "hinge": ((), (0,)),
+    "ball": ((), (0, 1, 2)),
+    "universal": ((), (0, 1)),
+    "slider": ((0,), ()),
+    "cylindrical": ((0,), (0,)),
+    "planar": ((1, 2), (0,)),
+    "guide": ((0,), (0, 1, 2)),
 }
 TYPES = [*FREE_AXES]
 
@@ -142,9 +138,9 @@ def strike(
 
 @pytest.mark.parametrize("to", ["b", None])
 @pytest.mark.parametrize("type", TYPES)
-def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, to: str) -> None:
+def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: str, to: str) -> None:
     """Of an independent model, 1e-12; impulse equal and opposite; what it stops stays stopped."""
-    joint = hs.Joint(type, "a", to, (0.7, -0.2, 0.4), (1.0, 2.0, -0.5), (2.0, -1.0, 0.0))
+    joint = joint_of(type, "a", to, point=(0.7, -0.2, 0.4), **SECOND)
     free = pair(step=0.05)
     run, R, J, push, lost = strike(free, pin=joint)
     assert lost > 0.01
@@ -158,7 +154,7 @@ def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, 
     assert np.abs(run.energy_residual).max() < 1e-6 * lost
     end = len(run.time) - 1
     still = held_rows(joint, free, run, end)
-    if type in (JointType.FIXED, JointType.HINGE, JointType.BALL):
+    if type in ("fixed", "hinge", "ball"):
         assert np.abs(still[:3] @ run.velocity.values[end].ravel()).max() < 1e-12
 
 
@@ -166,7 +162,7 @@ def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, 
 def test_two_masses_that_meet_in_closed_form(method: Method) -> None:
     a = scenes.block(2.0, ("surge",), "a", velocity=scenes.moving(surge=1.0))
     b = scenes.block(3.0, ("surge",), "b", velocity=scenes.moving(surge=-0.5))
-    pin = closing(hs.Joint(JointType.FIXED, "a", "b"), 0.4321)
+    pin = closing(hs.Fixed("a", "b"), 0.4321)
     free = scenes.scene([a, b], {}, 1.0, 0.1, method=method)
     run = hs.simulate(replace(free, joints={"pin": pin}))
     reduced = 2.0 * 3.0 / 5.0
@@ -179,8 +175,8 @@ def test_two_masses_that_meet_in_closed_form(method: Method) -> None:
     assert run.lock_mode.values[:, 0].tolist() == [0] * 5 + [3] * 6
 
 
-HINGE = hs.Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.0, 0.0, 1.0))
-BALL = hs.Joint(JointType.BALL, "a", None, (0.1, 0.2, 0.3))
+HINGE = hs.Hinge("a", "b", (0.7, -0.2, 0.4), axis=(0.0, 0.0, 1.0))
+BALL = hs.Ball("a", None, (0.1, 0.2, 0.3))
 
 
 def test_several_locks_close_at_once() -> None:
@@ -222,7 +218,7 @@ def lifted(law: object) -> hs.Scene:
     loads = {"floor": floor, "weight": scenes.steady("still", heave=-30.0)}
     found = scenes.scene([still, fast], loads, 1.0, 0.02, step=0.01, method=Method.RK4)
     pressed = replace(found.bodies[0], position=scenes.moving(heave=-1e-3))
-    pin = hs.Joint(JointType.FIXED, "fast", "still", active=hs.Active(hs.When(CLOSES)))
+    pin = hs.Fixed("fast", "still", active=hs.Active(hs.When(CLOSES)))
     return replace(found, bodies=(pressed, found.bodies[1]), joints={"pin": pin})
 
 
@@ -257,7 +253,7 @@ def test_a_pin_that_never_closes_changes_no_byte() -> None:
     """Except what names it: the joint, its states and its row of forces."""
     base = replace(scenes.scene_of("base"), duration=20.0)
     body = base.bodies[0].name
-    pin = hs.Joint(JointType.FIXED, body, None, active=hs.Active(hs.When(1e4)))
+    pin = hs.Fixed(body, None, active=hs.Active(hs.When(1e4)))
     alone = hs.simulate(base)
     run = hs.simulate(replace(base, joints={"pin": pin}))
     new = {*run.variables} - {*alone.variables}
@@ -284,7 +280,7 @@ def sprung(step: float, **window: float) -> hs.Scene:
         K = np.zeros((6, 6))
         K[0, 0] = k
         forces[name + "_spring"] = LinearMooring(name, K)
-    pin = hs.Joint(JointType.FIXED, "a", "b", window=Window(**window))
+    pin = hs.Fixed("a", "b", window=hs.JointWindow(**window) if window else None)
     found = scenes.scene([a, b], forces, 4.0, 0.1, step=step, method=Method.RK4)
     return replace(found, joints={"pin": pin})
 
@@ -343,7 +339,7 @@ def test_the_time_of_closing_against_dop853() -> None:
 
 
 def test_a_run_continues_to_the_bit_across_a_closed_lock() -> None:
-    joint = hs.Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (1.0, 2.0, -0.5))
+    joint = hs.Hinge("a", "b", (0.7, -0.2, 0.4), axis=(1.0, 2.0, -0.5))
     base = replace(pair(step=0.05), joints={"pin": closing(joint, 0.31)}, output_states=True)
     whole = hs.simulate(base)
     rest = hs.simulate(replace(base, duration=0.5, initial=hs.Start(whole, 0.5)))
@@ -383,7 +379,7 @@ def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None
     """Added mass takes part, in a current too; the memory does not jump, and the ledger closes."""
     free = wet(current, radiation)
     name = free.bodies[0].name
-    hinge = hs.Joint(JointType.BALL, name, None, (40.0, 5.0, 2.0))
+    hinge = hs.Ball(name, None, (40.0, 5.0, 2.0))
     before = hs.simulate(replace(free, duration=20.0))
     run = hs.simulate(replace(free, joints={"pin": closing(hinge, 20.0)}))
     k = len(before.time) - 1
@@ -403,7 +399,7 @@ def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None
 def test_a_lock_in_linear_kinematics() -> None:
     """Small angles: J is constant, no place jumps, and momentum along x is kept."""
     base = pair(step=0.05, kinematics=Kinematics.LINEAR)
-    joint = closing(hs.Joint(JointType.FIXED, "a", "b", (0.7, -0.2, 0.4)))
+    joint = closing(hs.Fixed("a", "b", (0.7, -0.2, 0.4)))
     run = hs.simulate(replace(base, joints={"pin": joint}))
     v = run.velocity.values
     masses = np.array([2.0, 3.0])
@@ -432,7 +428,7 @@ def test_a_joint_breaks_at_its_force() -> None:
     """A pin between a mass and the earth, pulled by 5 N/s, holds up to 3 N at 0.6 s."""
     ramp = scenes.table([0.0, 2.0], np.outer([0.0, 10.0], np.eye(6)[0]))
     pull = scenes.central_force("a", **ramp)
-    pin = hs.Joint(JointType.FIXED, "a", breaks_at=3.0)
+    pin = hs.Fixed("a", breaks_at=3.0)
     found = scenes.scene(
         [scenes.block(2.0, ("surge",), "a")], {"pull": pull}, 2.0, 0.1, method=Method.RK4
     )
@@ -449,10 +445,10 @@ def test_a_joint_breaks_at_its_force() -> None:
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])
 def test_a_pin_takes_the_load_of_the_hinge_that_it_locks(method: Method) -> None:
     """Friction does not hold the moment; a pin that finds it slow bears all from then on."""
-    held = JointResistance(friction=JointFriction(2.0, 1.5))
-    hinge = hs.Joint(JointType.HINGE, "a", axis=(0.0, 1.0, 0.0), resistances=(held,))
-    late, slow = hs.Active(hs.When(2.0)), Window(gap=1.0, speed=0.01)
-    pin = hs.Joint(JointType.FIXED, "a", None, (1.0, 0.0, 0.0), active=late, window=slow)
+    held = Acting(friction=JointFriction(2.0, 1.5))
+    hinge = joint_of("hinge", "a", None, held, axis=(0.0, 1.0, 0.0))
+    late, slow = hs.Active(hs.When(2.0)), hs.JointWindow(gap=1.0, speed=0.01)
+    pin = hs.Fixed("a", None, (1.0, 0.0, 0.0), active=late, window=slow)
     load = scenes.central_force("a", pitch=Harmonic(6.0, 1.0))
     found = scenes.scene(
         [scenes.block(2.0, name="a")], {"load": load}, 6.0, 0.1, method=method, step=0.02
@@ -472,9 +468,9 @@ def test_a_pin_takes_the_load_of_the_hinge_that_it_locks(method: Method) -> None
 
 def test_a_lock_between_jointed_bodies() -> None:
     """Blocks on a hinge that a lock stops: the loss is an independent model's, momentum is kept."""
-    start = JointResistance(velocity=1.2)
-    hinge = replace(HINGE, axis=(0.3, 0.0, 1.0), resistances=(start,))
-    stop = hs.Joint(JointType.FIXED, "a", "b", (0.1, 0.2, 0.3))
+    start = Acting(velocity=1.2)
+    hinge = with_motions(replace(HINGE, axis=(0.3, 0.0, 1.0)), start)
+    stop = hs.Fixed("a", "b", (0.1, 0.2, 0.3))
     run, _, _, _, lost = strike(hinged(hinge, surge=1.0, yaw=0.5), stop=stop)
     assert lost > 0.1
     assert run.lock_loss.values[-1, 0] == pytest.approx(lost, rel=1e-10)
@@ -503,7 +499,7 @@ def pushed_in_a_sleeve(guide: hs.Joint) -> xr.Dataset:
 
 def test_a_guide_is_the_same_as_coordinates_and_as_a_lock() -> None:
     """A point slides on an axis and turns all ways: as a tree it needs no constraint."""
-    guide = hs.Joint(JointType.GUIDE, "a", None, (0.2, -0.1, 0.3), (0.3, 0.2, 1.0))
+    guide = hs.Guide("a", None, (0.2, -0.1, 0.3), axis=(0.3, 0.2, 1.0))
     tree = pushed_in_a_sleeve(guide)
     lock = pushed_in_a_sleeve(closing(guide, 0.0))
     assert "lock_mode" not in tree
@@ -516,7 +512,7 @@ def test_a_window_does_not_count_a_slide_that_is_free() -> None:
     """Along its axis a guide may be anywhere, and as fast as it likes."""
     a = scenes.block(2.0, ("surge", "heave"), "a", position=scenes.moving(surge=0.5, heave=3.0))
     a = replace(a, velocity=scenes.moving(surge=-0.2, heave=2.0))
-    pin = hs.Joint(JointType.GUIDE, "a", None, axis=(0.0, 0.0, 1.0), window=Window(0.1, 0.3))
+    pin = hs.Guide("a", None, axis=(0.0, 0.0, 1.0), window=hs.JointWindow(0.1, 0.3))
     run = hs.simulate(replace(scenes.scene([a], {}, 4.0, 0.1, step=0.05), joints={"pin": pin}))
     assert run.lock_mode.values[[0, -1], 0].tolist() == [1, 3]
     assert run.position.values[-1, 0, 0] == pytest.approx(0.1, abs=1e-9)
@@ -557,7 +553,7 @@ def driven(pitch: float = 0.0, step: float = 0.05, **changes: object) -> Scene:
     push = scenes.central_force("cart", **scenes.table(CORNERS, six))
     loads = {"spring": along(STIFFNESS), "push": push}
     found = scenes.scene([cart], loads, 8.0, 0.1, step=step, method=Method.RK4)
-    pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, pitch))
+    pawl = hs.Ratchet("cart", axis=(1.0, 0.0, 0.0), slide=hs.SlidingPawl(pitch))
     return replace(found, joints={"pawl": pawl}, **changes)
 
 
@@ -657,7 +653,7 @@ def test_a_ratchet_about_an_axis(kinematics: Kinematics, pitch: float) -> None:
     forces = {"spring": hs.LinearMooring("wheel", K)}
     solver = {"step": 0.01, "method": Method.RK4, "kinematics": kinematics}
     found = scenes.scene([wheel], forces, 2.0, 0.1, **solver)
-    pawl = Joint(JointType.RATCHET, "wheel", axis=(0.0, 0.0, 1.0), ratchet=Ratchet(True, pitch))
+    pawl = hs.Ratchet("wheel", axis=(0.0, 0.0, 1.0), turn=hs.TurningPawl(pitch))
     run = hs.simulate(replace(found, joints={"pawl": pawl}))
     wanted = 0.3 if pitch else 0.5
     assert run.position.values[-1, 0, 5] == pytest.approx(wanted, abs=1e-8)
@@ -672,8 +668,8 @@ def test_a_ratchet_is_pushed_back_by_an_impact() -> None:
     other = scenes.block(
         3.0, ("surge",), "other", velocity=scenes.moving(surge=-1.0), location=(3.0, 0.0)
     )
-    pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet())
-    pin = Joint(JointType.FIXED, "cart", "other", active=Active(When(0.55)))
+    pawl = hs.Ratchet("cart", axis=(1.0, 0.0, 0.0), slide=hs.SlidingPawl())
+    pin = hs.Fixed("cart", "other", active=Active(When(0.55)))
     found = scenes.scene([cart, other], {}, 1.0, 0.1)
     run = hs.simulate(replace(found, joints={"pawl": pawl, "pin": pin}))
     assert np.abs(run.velocity.values[-1]).max() < 1e-12
@@ -697,7 +693,7 @@ def test_the_axis_of_a_ratchet_without_teeth_stays_where_it_is() -> None:
     pushes = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
     push = scenes.central_force("cart", **scenes.table(CORNERS, pushes))
     found = scenes.scene([cart], {"spring": along(STIFFNESS), "push": push}, 8.0, 0.1, step=0.05)
-    pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, 0.0))
+    pawl = hs.Ratchet("cart", axis=(1.0, 0.0, 0.0), slide=hs.SlidingPawl(0.0))
     run = hs.simulate(replace(found, joints={"pawl": pawl}))
     closings = np.flatnonzero(np.diff(run.lock_mode.values[:, 0]) > 0)
     assert closings.size == 2

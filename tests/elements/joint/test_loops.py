@@ -8,14 +8,20 @@ import pytest
 import xarray as xr
 from jointed import moved, places, rotations
 from linkages import GRAVITY, IN_PLANE, TILTED, FourBar, Rates, SliderCrank, across, at
+from scenes import with_motions
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.scene import Body, Joint, JointType, Method, Scene, Tolerance
-from hydrosim.scene.joint import arrange_joints
-from hydrosim.scene.scene import arrangement, floating_roots, is_anchored, joined_with
+from hydrosim.scene import Body, Method, Scene, Tolerance
+from hydrosim.scene.scene import (
+    arrange_joints,
+    arrangement,
+    floating_roots,
+    is_anchored,
+    joined_with,
+)
 
 LINKAGES = [FourBar(), SliderCrank()]
 ANGLE, SPEED, END = 1.0, 2.0, 1.6
@@ -42,7 +48,7 @@ def gaps(scene: Scene, run: xr.Dataset) -> np.ndarray:
             there = places(run, joint.to) + R @ (there - rest[joint.to])
             other = R @ other
         d = here - there
-        if joint.type == JointType.SLIDER:
+        if joint.type == "slider":
             d = np.cross(d, joint.axis)
         found += [np.abs(d).max(), np.abs(np.cross(axis, other)).max()]
     return np.array(found)
@@ -163,7 +169,7 @@ def test_a_loop_that_is_singular_at_the_start_is_refused() -> None:
 def test_a_loop_that_does_not_close_is_refused_with_its_gap() -> None:
     linkage = FourBar()
     scene = linkage.scene(ANGLE, 0.0, 1.0, 0.01, IN_PLANE)
-    off = replace(scene.joints["d"], resistances=(moved(0.1),))
+    off = with_motions(scene.joints["d"], moved(0.1))
     scene = replace(scene, joints={**scene.joints, "d": off})
     with pytest.raises(InputError, match=r"joints.c: does not close .* 0\.3 m and 0 deg"):
         hs.simulate(scene)
@@ -172,7 +178,7 @@ def test_a_loop_that_does_not_close_is_refused_with_its_gap() -> None:
 def test_velocities_that_joints_do_not_allow_are_refused() -> None:
     linkage = FourBar()
     scene = linkage.scene(ANGLE, SPEED, 1.0, 0.01, IN_PLANE)
-    still = replace(scene.joints["d"], resistances=(moved(),))
+    still = with_motions(scene.joints["d"], moved())
     scene = replace(scene, joints={**scene.joints, "d": still})
     with pytest.raises(InputError, match=r"initial velocities part .* m/s"):
         hs.simulate(scene)
@@ -183,8 +189,8 @@ def test_joints_that_fight_are_refused() -> None:
     linkage = SliderCrank()
     scene = linkage.scene(ANGLE, 0.0, 1.0, 0.01, IN_PLANE)
     bar = linkage.bars(ANGLE)[2]
-    second = Joint(JointType.BALL, "block", None, at(bar, bar.a, IN_PLANE))
-    off = replace(scene.joints["slide"], resistances=(moved(0.1),))
+    second = hs.Ball("block", None, at(bar, bar.a, IN_PLANE))
+    off = with_motions(scene.joints["slide"], moved(0.1))
     joints = {**scene.joints, "slide": off, "second": second}
     with pytest.raises(InputError, match=r"does not close at the start: 0\.1 m and 0 deg"):
         hs.simulate(replace(scene, joints=joints))
@@ -202,7 +208,7 @@ def random_scene(seed: int, count: int = 12) -> Scene:
         if rng.random() < 0.7:
             to = None if k == 0 or rng.random() < 0.3 else f"b{rng.integers(k)}"
             axis = (0.0, 1.0, 0.0) if rng.random() < 0.7 else (0.0, 0.0, 1.0)
-            joints[f"j{k}"] = Joint(JointType.HINGE, f"b{k}", to, axis=axis)
+            joints[f"j{k}"] = hs.Hinge(f"b{k}", to, axis=axis)
     return Scene("trees", 1.0, bodies, joints=joints)
 
 
@@ -248,7 +254,7 @@ def test_a_changed_scene_is_arranged_anew() -> None:
 def test_a_long_chain_is_arranged_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever is asked about its bodies."""
     bodies = tuple(Body(f"b{k}", 1.0, np.eye(3)) for k in range(200))
-    joints = {f"j{k}": Joint(JointType.HINGE, f"b{k}", f"b{k - 1}") for k in range(1, 200)}
+    joints = {f"j{k}": hs.Hinge(f"b{k}", f"b{k - 1}", axis=(0.0, 0.0, 1.0)) for k in range(1, 200)}
     made = []
 
     def counted(*given: Any) -> Any:

@@ -14,26 +14,18 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import FRAME, completed, joint, moved, scene
-from scenes import turned_scene
+from scenes import Acting, joint_of, turned_scene
 from scipy.spatial.transform import Rotation
 from turning import points, turned_back
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.dofs import about_z
-from hydrosim.scene import (
-    ConvolutionRadiation,
-    JointResistance,
-    JointType,
-    Method,
-    Radiation,
-    RadiationModel,
-    Symmetry,
-)
+from hydrosim.scene import ConvolutionRadiation, Method, Radiation, RadiationModel, Symmetry
 
 DATABASES = Path(__file__).parents[3] / "hydro_db"
 LAUNCH = (1.0, -0.5, 0.1, 0.02, 0.01, 0.03)
-FOLDING = JointResistance(velocity=-0.05)
+FOLDING = Acting(velocity=-0.05)
 PAIRS = {  # database, length, mass, radii, whether the database has both
     "coupled": ("hinged_barges.nc", 22.0, 1230e3, (3.5, 10.4, 10.4), True),
     "apart": ("box.nc", 52.0, 10250e3, (7.0, 26.0, 26.0), False),
@@ -51,8 +43,7 @@ def drifting(pair: str, radiation: RadiationModel) -> hs.Scene:
         at = apart if both else {"location": (x, 0.0)}
         bodies.append(hs.Body(name, mass, inertia, **at, **own))
     fore, aft = bodies
-    pin = ((-arm, 0.0, 0.0), (0.0, 0.0, 1.0))
-    hinge = hs.Joint(JointType.HINGE, "fore", "aft", *pin, resistances=(FOLDING,))
+    hinge = joint_of("hinge", "fore", "aft", FOLDING, point=(-arm, 0.0, 0.0))
     bodies, solver = (fore, replace(aft, velocity=LAUNCH)), hs.Solver(Method.RK4, 0.05)
     water, solver = hs.Environment(water_density=1025.0), replace(solver, symmetry=Symmetry.IGNORE)
     whole = hs.Scene("drifting pair", 60.0, bodies, water, joints={"hinge": hinge}, solver=solver)
@@ -117,7 +108,7 @@ CURRENT = hs.Stream(0.8, 1.1)
 
 PIN = (APART / 2, 0.0, 0.0)
 ENDS = ("aft", "fore")
-AXES = {"axis": (0, 0, 1), "second": (0, 1, 0)}
+AXES = {"axis": (0, 0, 1), "second_axis": (0, 1, 0)}
 JOINTS = {
     "hinge": joint("hinge", *ENDS, moved(0.2, -0.09), point=PIN, axis=(0, 0, 1)),
     "ball": joint("ball", *ENDS, moved(), moved(), moved(0.2, -0.09), point=PIN),

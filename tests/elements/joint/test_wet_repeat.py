@@ -9,9 +9,9 @@ import yaml
 from scenes import turned_scene
 
 import hydrosim as hs
-from hydrosim.case import joints
 from hydrosim.run.provenance import case_of
 from hydrosim.scene import Scene, Symmetry
+from hydrosim.scene import joint as joints
 
 CASES = Path(__file__).parents[3] / "cases"
 FORMS = [

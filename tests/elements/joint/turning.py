@@ -2,18 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from jointed import places, rotations
 from scipy.spatial.transform import Rotation
 
+import hydrosim as hs
 from hydrosim.dofs import about_z
 from hydrosim.elements import Spring
-from hydrosim.scene import Body, ForceElement, Joint, JointResistance, JointType, Scene
-
-MIRRORED = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.FIXED}
-"""Joints whose motions about the same axis are the opposite when seen from the other body."""
+from hydrosim.scene import Body, ForceElement, Joint, Scene
 
 
 def points(run: xr.Dataset, scene: Scene) -> np.ndarray:
@@ -59,30 +58,36 @@ def swapped(scene: Scene, name: str) -> Scene:
     to_place, to_R = at_rest(scene, told.to)
     turn = to_R.T @ R
     axes = told.axes() @ turn.T
-    first, second = (1, 0) if told.type == JointType.UNIVERSAL else (0, 1)
+    first, second = (1, 0) if told.type == "universal" else (0, 1)
     point = tuple(to_R.T @ (place + R @ told.point - to_place))
-    lines = {"axis": tuple(axes[first]), "second": tuple(axes[second])}
+    lines = {"axis": tuple(axes[first]), "second_axis": tuple(axes[second])}
+    keys = {key: line for key, line in lines.items() if key in told.schema_fields()}
     ends = {"body": told.to, "to": told.body, "point": point}
-    other = replace(told, **ends, **lines, resistances=_opposite(told, turn))
+    other = replace(told, **ends, **keys, **_opposite(told, turn))
     return replace(scene, joints={**scene.joints, name: other})
 
 
-def _opposite(told: Joint, turn: np.ndarray) -> tuple[JointResistance, ...]:
-    """Motions seen from the other body. The first angle of a universal joint becomes the second. A
-    ball's rotation has the same axis in both frames; its rate is told in the other frame."""
-    each = told.resistances
-    if told.type == JointType.UNIVERSAL:
-        each = each[::-1]
-    if told.type == JointType.BALL:
-        vector = np.array([motion.position for motion in each])
-        rate = np.array([motion.velocity for motion in each])
+def _opposite(told: Joint, turn: np.ndarray) -> dict[str, Any]:
+    """Keys of motions seen from the other body. The first angle of a universal joint becomes the
+    second. A ball's rotation has the same axis in both frames; its rate is told in the other
+    frame."""
+    if isinstance(told, hs.Ball):
+        vector, rate = np.array(told.initial.rotation), np.array(told.initial.rate)
         there = Rotation.from_rotvec(vector).inv().apply(rate)
-        pairs = zip(each, turn @ vector, turn @ there, strict=True)
-        return tuple(replace(m, position=-angle, velocity=-speed) for m, angle, speed in pairs)
-    assert told.type in MIRRORED or told.type == JointType.UNIVERSAL
-    return tuple(
-        replace(m, position=-m.position, velocity=-m.velocity, neutral=-m.neutral) for m in each
-    )
+        return {"initial": hs.BallInitial(-turn @ vector, -turn @ there)}
+    if isinstance(told, hs.Universal):
+        first, second = (replace(form, **_negated(form)) for form in told.resistances)
+        return {"first": second, "second": first}
+    if isinstance(told, hs.Cylindrical):
+        slide, spin = (replace(form, **_negated(form)) for form in told.resistances)
+        return {"slide": slide, "turn": spin}
+    return _negated(told) if isinstance(told, hs.Hinge | hs.Slider) else {}
+
+
+def _negated(form: Any) -> dict[str, Any]:
+    assert form.stops is None
+    start = type(form.initial)(-form.position, -form.velocity)
+    return {"neutral": -form.neutral, "initial": start}
 
 
 def rooted(scene: Scene, root: str, run: xr.Dataset) -> Scene:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from modes_apart import Event, integrate
-from scenes import block, moving, observed_orders, scene, steady
+from scenes import Acting, block, joint_of, moving, observed_orders, scene, steady, with_motions
 
 import hydrosim as hs
 from hydrosim.elements import (
@@ -26,8 +26,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.series import select, units_along
 from hydrosim.files.text import Source
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import ForceElement, Joint, JointType, Scene, Start
-from hydrosim.scene import JointResistance as Resistance
+from hydrosim.scene import ForceElement, Scene, Start
 
 ORIGIN = (0.0, 0.0, 0.0)
 ANCHOR = (10.0, 0.0, 0.0)
@@ -48,8 +47,8 @@ def on(coordinate: dict[str, Any], x: float, rate: float, **forces: ForceElement
     if coordinate is LINE:
         body = block(MASS, ("surge",), velocity=moving(surge=-rate), position=moving(surge=-x))
         return scene(body, forces, 6.0, 0.08)
-    free = (Resistance(position=x, velocity=rate),)
-    joint = Joint(JointType.SLIDER, "block", None, ORIGIN, (1.0, 0.0, 0.0), resistances=free)
+    free = (Acting(position=x, velocity=rate),)
+    joint = joint_of("slider", "block", None, *free, point=ORIGIN, axis=(1.0, 0.0, 0.0))
     return replace(scene(block(MASS), forces, 6.0, 0.08), joints={"it": joint})
 
 
@@ -225,10 +224,10 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure) -> N
 def test_a_spring_of_a_joint_is_the_resistance_of_that_joint() -> None:
     """The same spring and damping as a link and as a property of the hinge."""
     k, c = 4e4, 2e2
-    hinge = Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
+    hinge = hs.Hinge("block", None, (0.0, 0.0, -2.0), axis=(0.0, 1.0, 0.0))
     body = block(MASS, inertia=np.diag([INERTIA, INERTIA, INERTIA]))
-    free = replace(hinge, resistances=(Resistance(velocity=1.0),))
-    held = replace(hinge, resistances=(Resistance(k, damping=c, velocity=1.0),))
+    free = with_motions(hinge, Acting(velocity=1.0))
+    held = with_motions(hinge, Acting(k, damping=c, velocity=1.0))
     spring = SpringDamper("block", stiffness=k, damping=c, joint="it")
     runs = []
     for joint, forces in ((free, {"spring": spring}), (held, {})):
@@ -253,7 +252,7 @@ def test_step_limits_know_a_gas_spring_at_its_short_end() -> None:
 def test_results_say_in_which_units_each_link_acts(tmp_path: Path) -> None:
     """Loads along lines and in slides are forces, about axes and in turns moments."""
     stop: dict[str, Any] = {"stiffness": 1e5, "highest": 20.0}
-    turning = Joint(JointType.CYLINDRICAL, "other", None, ORIGIN, (0.0, 0.0, 1.0))
+    turning = hs.Cylindrical("other", None, ORIGIN, axis=(0.0, 0.0, 1.0))
     forces = {
         "line": Stop("block", **LINE, **stop),
         "axis": Stop("block", **AXIS, **stop),
@@ -277,7 +276,7 @@ def test_results_say_in_which_units_each_link_acts(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("joint", ["its", "ball"])
 def test_a_joint_that_is_not_there_is_refused(joint: str) -> None:
-    ball = Joint(JointType.BALL, "block", None, ORIGIN, (1.0, 0.0, 0.0))
+    ball = hs.Ball("block", None, ORIGIN)
     stop = Stop("block", joint=joint, highest=1.0, stiffness=1.0, motion=None)
     whole = replace(scene(block(MASS), {"it": stop}, 1.0, 0.1), joints={"ball": ball})
     with pytest.raises(InputError, match=r"forces\.it"):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scenes import (
+    Acting,
     assert_continues,
     block,
     central_force,
@@ -18,6 +19,7 @@ from scenes import (
     steady,
     surge,
     turned_scene,
+    with_motions,
 )
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
@@ -31,8 +33,7 @@ from hydrosim.linear.modes import natural_modes
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.channels import channel_series
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import ForceElement, JointType, Kinematics, Method, Symmetry, Weight
-from hydrosim.scene import JointResistance as Resistance
+from hydrosim.scene import ForceElement, Kinematics, Method, Symmetry, Weight
 
 ORIGIN = (0.0, 0.0, 0.0)
 NONE = np.zeros(0)
@@ -413,8 +414,8 @@ def test_links_on_a_hinged_body(figure, validated) -> None:
     """To 120 deg on both sides: a sine; then damped and on a strut too: the ledger closes."""
     inertia = np.diag([2e3, 3e3, 4e3])
     k, rate = 4e4, 5.0
-    hinge = hs.Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
-    turning = replace(hinge, resistances=(Resistance(velocity=rate),))
+    hinge = hs.Hinge("block", None, (0.0, 0.0, -2.0), axis=(0.0, 1.0, 0.0))
+    turning = with_motions(hinge, Acting(velocity=rate))
     body = block(M, inertia=inertia)
     spring = torsion(k, (0.0, 1.0, 0.0))
     whole = replace(scene(body, {"spring": spring}, 4.0, 0.1, step=0.005), joints={"it": turning})
