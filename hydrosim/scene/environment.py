@@ -23,6 +23,9 @@ from hydrosim.files.key_rules import same_length
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import Quantity, problem
 
+WaterDepth = Annotated[float, ReadAs(of.Depth, lambda value: value == np.inf)]
+"""In Python it may be the number infinity."""
+
 # Seas: spectra, regular waves, components and recorded elevations.
 
 
@@ -51,7 +54,7 @@ class Tma(PeakedSpectrum):
     """JONSWAP spectrum limited by a ``water_depth`` [m] (Bouws et al. 1985), scaled to the
     significant height; ``gravity`` [m/s^2]."""
 
-    water_depth: of.Depth
+    water_depth: WaterDepth
     peak_enhancement: of.Peak = 3.3
     """Peak enhancement factor gamma."""
     gravity: of.Gravity = 9.81
@@ -448,7 +451,7 @@ class Environment(WaterProperties):
     """Water and the waves on it. ``current`` and ``wind`` act through force elements alone and do
     not change the waves. In Python there may be no gravity."""
 
-    water_depth: SkipValidation[float] = np.inf
+    water_depth: WaterDepth = np.inf
     gravity: of.GravityOrNone = 9.81
     waves: SkipValidation[tuple[WaveTrain, ...]] = ()
     current: Annotated[Current, _take_stream(Current)] = Current.build_from(Stream())
