@@ -283,7 +283,10 @@ class ForceElement(SchemaClass):
         return (
             self.when is not None
             or not (self.active is None or self.active.is_built)
-            or any(isinstance(x, BaseModel) or getattr(x, "total", False) for x in parts)
+            or any(
+                isinstance(x, BaseModel | RecordedColumns) or getattr(x, "total", False)
+                for x in parts
+            )
         )
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
