@@ -241,10 +241,8 @@ def as_case(case: Case | str | Path) -> Case:
         return case
     if isinstance(case, str | Path):
         return load_case(case)
-    kind = type(case).__name__
-    raise InputError(
-        f"case: found {case!r:.60}, a {kind}; expected a case or the path of its file."
-    )
+    text = f"found {case!r:.60} ({type(case).__name__}); expected a case or the path of its file"
+    raise InputError(f"case: {text}.")
 
 
 def laid_over(
