@@ -175,7 +175,7 @@ def _free_surface_remarks(scene: Scene, rest: Rest, dataset: xr.Dataset) -> Iter
     p = rest.model.tanks
     volumes = rest.state.y[p.state : p.state + p.each.size]
     for b, tank, volume in contents_at(scene.bodies, volumes):
-        if tank.surface == FreeSurface.QUASI_STATIC and volume > 0.0:
+        if tank.free_surface == FreeSurface.QUASI_STATIC and volume > 0.0:
             reach = heel_and_trim(tank.shape, np.array([volume]))[0]
             for k in np.flatnonzero(angles[b] > reach):
                 yield (

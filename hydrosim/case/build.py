@@ -23,6 +23,7 @@ from hydrosim.case.elements import BuildContext
 from hydrosim.case.elements.catenary import Lines, Vessel
 from hydrosim.case.hydrodynamics import build_hydrodynamics, hull_of
 from hydrosim.case.seas import wave_trains
+from hydrosim.case.tanks import SEA_NAME
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import as_attribute
 from hydrosim.files.layers import DUMPER, FILES
@@ -220,8 +221,14 @@ def _build_body(name: str, body: schema.BodyEntry, folder: Path) -> scene.Body:
         velocity=body.initial.velocity,
         weight=body.weight or (scene.Weight.CARRIED if tanks else scene.Weight.BALANCED),
         tanks=tanks,
-        pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
+        pumps=tuple(_build_pump(key, pump) for key, pump in body.pumps.items()),
     )
+
+
+def _build_pump(name: str, pump: scene.PumpKeys) -> scene.Pump:
+    ends = {key: getattr(pump, key) for key in ("source", "target")}
+    places = {key: None if end == SEA_NAME else end for key, end in ends.items()}
+    return scene.Pump.build_from(pump, name=name, **places)
 
 
 def _mass_with_contents(body: schema.BodyEntry, tanks: tuple[scene.Tank, ...]) -> dict[str, Any]:

@@ -15,14 +15,13 @@ from hydrosim.case.waves import (
     Components,
     ComponentsFile,
     DirectionalSea,
-    Irregular,
     RecordedSea,
     TableSea,
 )
 from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
-from hydrosim.scene.environment import CurrentPower
+from hydrosim.scene.environment import CurrentPower, IrregularWaves
 from hydrosim.scene.links import CoordinateElement
 from hydrosim.scene.scene import arrange_joints
 from hydrosim.scene.signal import RecordedColumns
@@ -149,7 +148,7 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
     end = begin + case.duration
     what = "the end of the run" if begin else "the duration"
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
-        if isinstance(waves, Irregular) and waves.repeat_period < end:
+        if isinstance(waves, IrregularWaves) and waves.repeat_period < end:
             text = f"found {waves.repeat_period:g} s; expected {what} or more"
             keys = ("environment", "waves", i, "repeat_period")
             yield Problem(keys, f"{text}, {end:g} s; a shorter sea would repeat itself")

@@ -283,7 +283,10 @@ class ForceElement(SchemaClass):
         return (
             self.when is not None
             or not (self.active is None or self.active.is_built)
-            or any(isinstance(x, BaseModel) or getattr(x, "total", False) for x in parts)
+            or any(
+                isinstance(x, BaseModel | RecordedColumns) or getattr(x, "total", False)
+                for x in parts
+            )
         )
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
@@ -367,6 +370,12 @@ class Break(SchemaModel):
     """Tension at which the line parts."""
     time: of.Instant | None = None
     """Time at which the line parts."""
+
+    @model_validator(mode="after")
+    def _check_time(self) -> Self:
+        if self.time is not None and self.time < 0.0:
+            raise problem(f"time {self.time:g} s", "a time of the run, 0 s or later")
+        return self
 
 
 def _break_form(value: object) -> str:

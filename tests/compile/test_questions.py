@@ -459,7 +459,7 @@ NEAR = (Question.POINTS, Question.CAPACITY, Question.AXES, Question.HULL)
         (Question.SLOSHING, filled(9.0, 0.0), 0),  # 19 s along 100 m, and nothing across
         (Question.SLOSHING, filled(9.0, np.pi / 2, 20.0), 0),  # 5.2 s
         (Question.SLOSHING, filled(13.95, np.pi / 2), 0),  # full
-        (Question.SLOSHING, filled(9.0, np.pi / 2, surface=FreeSurface.FROZEN), 0),
+        (Question.SLOSHING, filled(9.0, np.pi / 2, free_surface=FreeSurface.FROZEN), 0),
         (Question.SLOSHING, filled(2.0, np.pi / 2), 0),  # 24 s
         (Question.SLOSHING, filled(9.0, np.pi / 4), 1),
         (Question.CAPACITY, pressed_through(1100.0), 0),

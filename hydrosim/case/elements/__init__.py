@@ -9,7 +9,6 @@ from pydantic import BeforeValidator
 from hydrosim.case.elements.catenary import CatenaryEntry, Lines
 from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.elements.winch import WinchEntry
 from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
@@ -17,6 +16,7 @@ from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import AnyCoordinateElement, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, LinearMooring
+from hydrosim.scene.winch import Winch
 
 
 def _check_kind(data: Any) -> Any:
@@ -42,7 +42,7 @@ AnyElement = Annotated[
     | ViscousRoll
     | CurrentLoad
     | WindLoad
-    | WinchEntry
+    | Winch
     | Compensator
     | DriveEntry,
     ByKind("type"),
