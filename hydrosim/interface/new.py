@@ -90,8 +90,8 @@ def _examples_folder() -> Path:
 
 
 def _example_files(home: Path, folder: Path) -> list[Path]:
-    """Case files and studies of a folder, and all files that they name."""
-    waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")]
+    """Case files, studies and the README of a folder, and all files that the former name."""
+    waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml"), folder / "README.md"]
     paths = set[Path]()
     while waiting:
         path = waiting.pop().resolve()
