@@ -170,16 +170,19 @@ class Format(StrEnum):
 
 @dataclass(frozen=True)
 class View:
-    """Selection for the pictures of a run: the time, the channels (default: the usual ones), and
-    the format."""
+    """Selection for the pictures of a run: the time, the channels (default: the usual ones), the
+    format, and whether the picture of channels has the name of the run alone."""
 
     window: TimeWindow = ALWAYS
     channels: Sequence[str] = ()
     format: Format = Format.PNG
+    is_one_file: bool = False
 
     def pictures(self) -> dict[str, str]:
         """Names of all possible files, by the suffix after the name of the run."""
         suffixes = ["_channels"] if self.channels else [*PICTURES]
+        if self.is_one_file:
+            return dict.fromkeys(suffixes, f".{self.format}")
         return {suffix: f"{suffix}.{self.format}" for suffix in suffixes}
 
 
