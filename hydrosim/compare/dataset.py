@@ -22,7 +22,7 @@ from hydrosim.compare.studies import StudyComparison as Studies
 from hydrosim.errors import InputError
 from hydrosim.files.text import unreadable_reason
 from hydrosim.results.dataset import KIND, ResultKind, load_result
-from hydrosim.results.variables import OF_CHANNEL, describe_coordinates, quantity_attributes
+from hydrosim.results.variables import OF_CHANNEL, describe_coordinates, describe_values
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
@@ -67,10 +67,7 @@ CONTACT = dict(
         strict=True,
     )
 )
-VERDICTS = {
-    "verdict": ("verdict", ""),
-    "tolerance": ("largest permitted rms over std, or rms of a constant", OF_CHANNEL),
-}
+TOLERANCE_TEXT = "largest permitted rms over std, or rms of a constant"
 
 
 def to_dataset(
@@ -85,26 +82,26 @@ def to_dataset(
     ours, recorded = (
         np.stack(x, axis=1) for x in zip(*((p.ours, p.recorded) for p in pairs), strict=True)
     )
-    data = dict(zip(OVER_TIME, (ours, recorded, ours - recorded), strict=True))
+    series = zip(OVER_TIME, (ours, recorded, ours - recorded), strict=True)
+    data = {name: describe_values(("time", "channel"), x, *OVER_TIME[name]) for name, x in series}
+    figures, fits = ([getattr(r, part) for r in results] for part in ("figures", "fit"))
+    tables = (
+        ("channel", PER_CHANNEL, figures),
+        ("channel", OF_FIT, fits),
+        (("channel", "band"), PER_BAND, figures),
+    )
+    for dims, texts, owners in tables:
+        for name, text in texts.items():
+            data[name] = describe_values(dims, [getattr(of, name) for of in owners], *text)
+    for name, text in CONTACT.items():
+        data[name] = describe_values("channel", [_contact_figure(r, name) for r in results], *text)
+    permitted = [tolerances.get(name, nan) for name in comparison.results]
+    data["verdict"] = describe_values("channel", [r.verdict for r in results], "verdict")
+    data["tolerance"] = describe_values("channel", permitted, TOLERANCE_TEXT, OF_CHANNEL)
     dataset = xr.Dataset(
-        {name: (("time", "channel"), values) for name, values in data.items()}
-        | {name: ("channel", [getattr(r.figures, name) for r in results]) for name in PER_CHANNEL}
-        | {name: ("channel", [getattr(r.fit, name) for r in results]) for name in OF_FIT}
-        | {
-            name: (("channel", "band"), [getattr(r.figures, name) for r in results])
-            for name in PER_BAND
-        }
-        | {name: ("channel", [_contact_figure(r, name) for r in results]) for name in CONTACT}
-        | {
-            "verdict": ("channel", [result.verdict for result in results]),
-            "tolerance": ("channel", [tolerances.get(name, nan) for name in comparison.results]),
-        },
+        data,
         coords={
-            "time": (
-                "time",
-                comparison.overlap.time,
-                {"units": "s", "long_name": "time of the run"},
-            ),
+            "time": describe_values("time", comparison.overlap.time, "time of the run", "s"),
             "channel": ("channel", list(comparison.results)),
             "units": ("channel", [pair.unit for pair in pairs]),
             "column": ("channel", [pair.column for pair in pairs]),
@@ -112,9 +109,6 @@ def to_dataset(
             "band": ("band", list(BANDS)),
         },
     )
-    tables = OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT | VERDICTS
-    for name, (text, units) in tables.items():
-        dataset[name].attrs = quantity_attributes(text, units)
     describe_coordinates(dataset)
     dataset.attrs.update(
         attributes,
@@ -134,20 +128,22 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
     the same index."""
     channels = comparison.channels
     values = {
-        name: (
+        name: describe_values(
             ("channel", dim),
             np.stack([channel.values[k] for channel in channels]),
-            quantity_attributes(meaning, OF_CHANNEL),
+            meaning,
+            OF_CHANNEL,
         )
         for k, (name, dim, meaning) in enumerate(
             (("ours", "run", "in each of our runs"), ("theirs", "other_run", "in each of theirs"))
         )
     }
     figures = {
-        name: (
+        name: describe_values(
             "channel",
             [_attribute_number(getattr(channel, field)) for channel in channels],
-            quantity_attributes(meaning, units),
+            meaning,
+            units,
         )
         for name, (field, meaning, units) in OF_STUDIES.items()
     }

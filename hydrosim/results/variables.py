@@ -7,7 +7,7 @@ the attribute `purpose: restart`, and a group `restart` in the file of a run.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,6 +136,13 @@ def quantity_attributes(long_name: str, units: str = "") -> dict[str, str]:
     for labels of plots."""
     name = f"{long_name} [{units}]" if " or " in units else long_name
     return {"long_name": name, **units_of(units)}
+
+
+def describe_values(
+    dims: str | Sequence[str], values: Any, long_name: str, units: str = ""
+) -> tuple[str | Sequence[str], Any, dict[str, str]]:
+    """Variable for a dataset, with `quantity_attributes`."""
+    return dims, values, quantity_attributes(long_name, units)
 
 
 def unit_coordinates(

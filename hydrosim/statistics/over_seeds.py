@@ -18,7 +18,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, unit_of_dof, units_of
 from hydrosim.files.text import escape_unprintable
-from hydrosim.results.channels import lowest_value
+from hydrosim.results.channels import LINES, lowest_value
 from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import KEY, RUN
@@ -32,9 +32,7 @@ from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, NAM
 
 # Ends: smallest and largest value of every channel in each run of a study.
 
-UNIT_DIMS = ("fender", "spring", "line", "winch", "compensator")
-"""Dimensions of what pushes or pulls, whose forces have statistics."""
-FORCE_DIMS = {f"{unit}_force": unit for unit in UNIT_DIMS}
+FORCE_DIMS = {f"{dim}_force": dim for dim in ("fender", *LINES)}
 """Statistics of forces, and the dimension of what they are of."""
 SUMMARISED_SERIES = {variable for variable, *_ in CHANNEL_VARIABLES.values()}
 """Variables over time that have statistics of their own."""

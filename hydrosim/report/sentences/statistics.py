@@ -18,7 +18,7 @@ from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
-from hydrosim.statistics.over_seeds import UNIT_DIMS
+from hydrosim.statistics.over_seeds import FORCE_DIMS
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
 
 if TYPE_CHECKING:
@@ -77,10 +77,9 @@ def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
             )
     if "wave" in statistics:
         yield StatisticsChannel("wave", {}, "wave elevation", "m")
-    for kind in UNIT_DIMS:
-        for name in map(str, statistics[kind].values if kind in statistics.coords else ()):
-            if f"{kind}_force" in statistics:
-                yield StatisticsChannel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
+    for force, dim in FORCE_DIMS.items():
+        for name in map(str, statistics[dim].values if force in statistics else ()):
+            yield StatisticsChannel(force, {dim: name}, f"force of {name}", "N")
     for name in map(str, statistics.channel.values if "channel" in statistics.dims else ()):
         unit = str(statistics.unit.sel(channel=name).item())
         yield StatisticsChannel("named", {"channel": name}, name, unit)
