@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, unit_of_dof, units_of
+from hydrosim.files.series import unit_of
 from hydrosim.files.text import escape_unprintable
 from hydrosim.results.channels import LINES, lowest_value
 from hydrosim.results.dataset import KIND, ResultKind
@@ -137,16 +137,10 @@ def _ends_of_series(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
             of = [str(least[dim].values) for dim in labels]
             ends = _finite_values(least.values), _finite_values(most.values)
             if ends[0].size and np.ptp(np.concatenate(ends)) > 0.0:
-                unit = _unit_of_channel(str(variable.attrs.get("units", "")), of)
+                unit = unit_of(variable.attrs, of)
                 yield SmallestAndLargest(
                     ".".join([str(name), *of]), unit, *ends, lowest_value(str(name))
                 )
-
-
-def _unit_of_channel(units: str, labels: list[str]) -> str:
-    """The unit of one channel of a variable: of "m or rad" the first along an axis."""
-    first, _, second = units.partition(" or ")
-    return second if second and labels and labels[-1] in DOFS[3:] else first
 
 
 def _finite_values(values: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from hydrosim.files import document_nodes
 from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
 from hydrosim.report.sentences import run as run_sentences
-from hydrosim.report.sentences.sections import lines_of, title_of
+from hydrosim.report.sentences.sections import lines_of, table_of, title_of
 from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
@@ -172,24 +172,13 @@ def statistics_document(run: xr.Dataset, statistics: xr.Dataset) -> Document:
 def line_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Tensions of lines at the start of the run, and how much of their capacities they use."""
     rows: list[list[document_nodes.Cell]] = []
-    for dim in LINES:
-        if (start := f"{dim}_start") in statistics:
-            for name in map(str, statistics[dim].values):
-                used = (
-                    statistics[f"{dim}_used"].sel({dim: name})
-                    if f"{dim}_used" in statistics
-                    else np.nan
-                )
-                share: document_nodes.Cell = (
-                    document_nodes.Value(float(used), "share", 3) if np.isfinite(used) else ""
-                )
-                rows.append(
-                    [
-                        name,
-                        document_nodes.Value(float(statistics[start].sel({dim: name})), "N"),
-                        share,
-                    ]
-                )
+    for start in (f"{dim}_start" for dim in LINES if f"{dim}_start" in statistics):
+        tensions = statistics[start]
+        shares = statistics.get(f"{tensions.dims[0]}_used", np.nan * tensions)
+        for tension, share in zip(tensions, shares, strict=True):
+            used = document_nodes.Value(float(share), "share", 3) if np.isfinite(share) else ""
+            name = str(tension[tensions.dims[0]].values)
+            rows.append([name, document_nodes.Value(float(tension), "N"), used])
     if rows:
         head = ("line", "tension at the start", "largest of capacity")
         yield document_nodes.Table(head, rows, "Tensions over the whole run")
@@ -249,13 +238,10 @@ def contact_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
         return
     yield from run_sentences.stage_nodes(statistics)
     if "fender_share" in statistics:
-        modes = [str(mode) for mode in statistics["mode"].values]
-        rows = [
-            _mode_cells(statistics.sel(fender=name), modes) for name in statistics.fender.values
-        ]
-        yield document_nodes.Table(
-            ("contact", *modes, "slipped"), rows, "Share of time in each contact mode"
-        )
+        shares, modes = statistics.fender_share, map(str, statistics["mode"].values)
+        columns = {mode: (shares.sel(mode=mode), "share", 3) for mode in modes}
+        columns["slipped"] = (statistics.fender_slipped, "m", 4)
+        yield table_of("contact", columns, "Share of time in each contact mode")
     if rows := list(_phase_rows(statistics)):
         head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
         yield document_nodes.Table(head, rows, "Crawl by phase")
@@ -370,18 +356,6 @@ def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
         group: statistics.phase_duration.sel(contact_group=group).values > 0.0 for group in groups
     }
     return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
-
-
-def _mode_cells(contact: xr.Dataset, modes: Sequence[str]) -> list[document_nodes.Cell]:
-    shares = (
-        document_nodes.Value(float(contact.fender_share.sel(mode=mode)), "share", 3)
-        for mode in modes
-    )
-    return [
-        str(contact.fender.values),
-        *shares,
-        document_nodes.Value(float(contact.fender_slipped), "m"),
-    ]
 
 
 def _phase_rows(statistics: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
