@@ -230,7 +230,7 @@ def _mode_dataset(
     names = [_mode_name(scene, mode) for mode in modes]
     return xr.Dataset(
         {
-            "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "kind of decay"}),
+            "mode_kind": describe_values("mode", [str(m.kind) for m in modes], "kind of decay"),
             "natural_period": describe_values(
                 "mode", [m.natural_period for m in modes], "undamped natural period", "s"
             ),

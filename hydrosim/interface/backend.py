@@ -38,7 +38,3 @@ class ResultBackend(BackendEntrypoint):
             path, engine="netcdf4", decode_times=False, drop_variables=drop_variables
         )
         return index_by_seed(result)
-
-    def guess_can_open(self, filename_or_obj: Any) -> bool:
-        """False: the engine netcdf4 opens the same files if none is named."""
-        return False

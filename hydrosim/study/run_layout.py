@@ -102,23 +102,21 @@ class RunLayout(NamedTuple):
 
     def pad_run(self, dataset: xr.Dataset) -> xr.Dataset:
         """What is kept of a run, with the names of all runs."""
-        places = {
-            dim: _label_indices(dataset, dim, variable) for dim, variable in self.labels.items()
-        }
-        sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-        sizes |= {dim: variable.size for dim, variable in self.labels.items()}
         values = {**self.variables, **self.apart}
+        present = {name: dataset.variables[name] for name in values if name in dataset.variables}
+        run = xr.Dataset(present, {dim: dataset[dim] for dim in self.labels if dim in dataset})
+        labels = {dim: of for dim, of in self.labels.items() if dim in run.dims}
+        fills = {name: _fill_value(of.dtype) for name, of in present.items()}
+        padded = run.reindex(labels, fill_value=fills)
+        sizes = {**dataset.sizes, **{dim: of.size for dim, of in self.labels.items()}}
         data = {
-            name: _pad_variable(dataset.variables[name], places)
-            if name in dataset.variables
-            else _missing_variable(variable, sizes)
-            for name, variable in values.items()
+            name: padded.variables[name] if name in present else _missing_variable(of, sizes)
+            for name, of in values.items()
         }
         for dim in self.named:
-            attributes = {"long_name": f"whether the run has this {dim}"}
-            data[f"{dim}{IN_RUN}"] = xr.Variable(
-                dim, (places[dim] >= 0).astype(np.int8), attributes
-            )
+            is_there = np.isin(self.labels[dim], run[dim].values if dim in run else [])
+            text = f"whether the run has this {dim}"
+            data[f"{dim}{IN_RUN}"] = xr.Variable(dim, is_there.astype(np.int8), {"long_name": text})
         excluded = {*self.labels, *self.beside, *self.apart, *self.left_out}
         shared = {
             name: variable.variable
@@ -315,25 +313,6 @@ def _merge_coordinate(
         place = tuple(of[k] for of, k in zip(all_labels, at, strict=True))
         merged[at] = values.get(place, _fill_value(first.dtype))
     return xr.Variable(first.dims, merged, first.attrs), agree
-
-
-def _label_indices(dataset: xr.Dataset, dim: str, labels: np.ndarray) -> np.ndarray:
-    """Where a run has each label, -1 where it has it not."""
-    index_of = (
-        {label: k for k, label in enumerate(dataset[dim].values.tolist())} if dim in dataset else {}
-    )
-    return np.array([index_of.get(label, -1) for label in labels.tolist()], dtype=np.int64)
-
-
-def _pad_variable(variable: xr.Variable, places: Mapping[str, np.ndarray]) -> xr.Variable:
-    """A variable over all labels: at -1 it is missing, which is taken from behind its end."""
-    values = variable.values
-    for axis, dim in enumerate(variable.dims):
-        if dim in places:
-            shape = [1 if k == axis else size for k, size in enumerate(values.shape)]
-            behind = np.full(shape, _fill_value(values.dtype), values.dtype)
-            values = np.concatenate([values, behind], axis).take(places[str(dim)], axis)
-    return xr.Variable(variable.dims, values, variable.attrs)
 
 
 def _empty_template(variable: xr.Variable) -> xr.Variable:
