@@ -15,7 +15,6 @@ import xarray as xr
 from xarray.backends import BackendEntrypoint
 
 from hydrosim.interface import accessor  # noqa: F401  it registers `run.hydrosim`
-from hydrosim.results.runs_file import index_by_seed
 
 
 class ResultBackend(BackendEntrypoint):
@@ -33,6 +32,8 @@ class ResultBackend(BackendEntrypoint):
     ) -> xr.Dataset:
         """Dataset that reads from the file when asked; times are in seconds. Runs of a set are
         selected by ``sel(seed=7)``."""
+        from hydrosim.results.runs_file import index_by_seed  # slow to load with every xarray
+
         path = Path(os.fspath(filename_or_obj))
         result = xr.open_dataset(
             path, engine="netcdf4", decode_times=False, drop_variables=drop_variables

@@ -96,20 +96,14 @@ class ResultKind(StrEnum):
 
 
 RUN_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
-REQUIRED_NAMES: dict[ResultKind, tuple[set[str], set[str]]] = {
-    ResultKind.SET: ({"run"}, {"status"}),
-    ResultKind.STUDY: ({"run"}, {"status"}),
-    ResultKind.OPERABILITY: (
-        {"stage", "swell", "heading", "peak_period"},
-        {"limit", "low", "high", "governing"},
-    ),
-    ResultKind.COMPARISON: ({"channel"}, {"ours", "recorded", "residual", "verdict"}),
-    ResultKind.SET_COMPARISON: (
-        {"channel"},
-        {"ours", "theirs", "difference", "low", "high", "chance", "differs"},
-    ),
-    ResultKind.ANALYSIS: ({"mode"}, {"rao_amplitude"}),
-    ResultKind.RUN: ({"time"}, {*RUN_VARIABLES}),
+REQUIRED_NAMES: dict[ResultKind, str] = {
+    ResultKind.SET: "run status",
+    ResultKind.STUDY: "run status",
+    ResultKind.OPERABILITY: "stage swell heading peak_period limit low high governing",
+    ResultKind.COMPARISON: "channel ours recorded residual verdict",
+    ResultKind.SET_COMPARISON: "channel ours theirs difference low high chance differs",
+    ResultKind.ANALYSIS: "mode rao_amplitude",
+    ResultKind.RUN: " ".join(["time", *RUN_VARIABLES]),
 }
 """Dimensions and variables of the kinds that are shown. A file of an earlier version, which does
 not state its kind, is recognised by them."""
@@ -118,8 +112,9 @@ not state its kind, is recognised by them."""
 def kind_of(dataset: xr.Dataset) -> str:
     """Kind of a result, by its attribute; empty if it is none, or lacks names of its kind."""
     stated = dataset.attrs.get(KIND)
-    for kind, (dims, names) in REQUIRED_NAMES.items():
-        if stated in (None, kind) and dims <= {*dataset.dims} and names <= {*dataset.variables}:
+    names = {*dataset.dims, *dataset.data_vars}
+    for kind, required in REQUIRED_NAMES.items():
+        if stated in (None, kind) and names.issuperset(required.split()):
             return kind
     return "" if stated in REQUIRED_NAMES else str(stated or "")
 

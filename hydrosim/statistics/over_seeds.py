@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -127,15 +128,11 @@ def _ends_of_series(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
             continue
         late_values = variable.isel(time=late)
         low, high = late_values.min("time"), late_values.max("time")
-        labels = [dim for dim in low.dims if dim != RUN]
-        stacked = (
-            ends.stack(_of=labels) if labels else ends.expand_dims("_of") for ends in (low, high)
-        )
-        for least, most in zip(
-            *(list(ends.transpose("_of", RUN)) for ends in stacked), strict=True
-        ):
-            of = [str(least[dim].values) for dim in labels]
-            ends = _finite_values(least.values), _finite_values(most.values)
+        dims = [dim for dim in low.dims if dim != RUN]
+        for labels in product(*(low[dim].values for dim in dims)):
+            of = [str(label) for label in labels]
+            at = dict(zip(dims, labels, strict=True))
+            ends = _finite_values(low.sel(at).values), _finite_values(high.sel(at).values)
             if ends[0].size and np.ptp(np.concatenate(ends)) > 0.0:
                 unit = unit_of(variable.attrs, of)
                 yield SmallestAndLargest(

@@ -132,7 +132,7 @@ def merge_layouts(scenes: Sequence[Scene], keep: Keep, simulate: Simulate) -> Ru
     apart = _differing_numbers(layouts)
     if len(kinds) < 2 and not apart:
         return None
-    trials = [(_scene_layout(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
+    trials = [(try_scene(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
     counted_trials = [(trial, count) for trial, count in trials if trial is not None]
     return _merge_kinds(counted_trials, apart, _named_dims(layouts)) if counted_trials else None
 
@@ -224,7 +224,7 @@ def _named_dims(layouts: Sequence[xr.Dataset]) -> set[str]:
     return {str(name) for layout in layouts for name in layout.dims} - UNNAMED_DIMS
 
 
-def _scene_layout(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
+def try_scene(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
     """What is kept of a few steps; None where there is no such run, which its own will tell."""
     short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
     try:

@@ -440,17 +440,13 @@ def _difference_table(rows: xr.Dataset) -> document_nodes.Table:
 
 def _study_row(channel: xr.Dataset) -> list[document_nodes.Cell]:
     unit = str(channel.units.values)
-    mean = [
-        document_nodes.Value(float(channel[name]), unit) for name in ("ours_mean", "theirs_mean")
-    ]
+    names = ("ours_mean", "theirs_mean", "difference")
+    means = [document_nodes.Value(float(channel[name]), unit) for name in names]
     interval = document_nodes.Between(float(channel.low), float(channel.high), unit)
-    apart, chance = (
-        document_nodes.Value(float(channel.difference), unit),
-        document_nodes.Value(float(channel.chance), "", 2),
-    )
     theirs = abs(float(channel.theirs_mean)) or np.nan
     share = document_nodes.Value(float(channel.difference) / theirs, "share", 2)
-    return [str(channel.channel.values), *mean, apart, share, interval, chance]
+    chance = document_nodes.Value(float(channel.chance), "", 2)
+    return [str(channel.channel.values), *means, share, interval, chance]
 
 
 STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {

@@ -364,11 +364,8 @@ def _phase_rows(statistics: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
             at = statistics.sel(contact_group=group, phase=phase)
             seconds = float(at.phase_duration)
             for body in map(str, statistics.body.values if seconds > 0.0 else ()):
-                x, y = at.phase_crawl.sel(body=body).values
-                moved = [
-                    document_nodes.Value(float(x), "m", 3),
-                    document_nodes.Value(float(y), "m", 3),
-                ]
+                crawl = at.phase_crawl.sel(body=body).values
+                moved = [document_nodes.Value(float(x), "m", 3) for x in crawl]
                 yield [group, phase, document_nodes.Value(seconds, "s"), body, *moved]
 
 
