@@ -206,14 +206,3 @@ def is_part(run: xr.Dataset) -> bool:
     if None in ends:
         return False
     return run.time.size == 0 or run.time.values[[0, -1]].tolist() != ends
-
-
-def status_of(path: Path) -> str | None:
-    """Status of the run in a file; None if there is no run."""
-    import xarray as xr  # slow to load
-
-    try:
-        with xr.open_dataset(path, engine="netcdf4") as run:
-            return str(run.attrs.get("status"))
-    except (OSError, ValueError, RuntimeError):
-        return None

@@ -346,10 +346,9 @@ def as_csv(runs: xr.Dataset) -> str:
     plans = effects.plans(runs)
     plan_rows = [(plan, row) for plan in plans for row in effects.rows(plan)]
     judged = {_row_key(j.plan, j.worst.name, j.values): j for p in plans for j in judge_plan(p)}
-    names = {name: plan for plan, row in reversed(plan_rows) for name in row.values}
-    names = {
-        name: names[name] for name in dict.fromkeys(n for _, row in plan_rows for n in row.values)
-    }
+    names: dict[str, PlanRuns] = {}
+    for plan, row in plan_rows:
+        names |= {name: plan for name in row.values if name not in names}
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     heads = (_head_columns(name, plan, units) for name, plan in names.items())

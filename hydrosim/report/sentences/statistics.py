@@ -19,7 +19,7 @@ from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import FORCE_DIMS
-from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
+from hydrosim.statistics.statistics import EXTREME_SIDES, statistics
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,6 +87,7 @@ def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
 
 MIN_SAMPLES = 16
 """Records that figures are made of."""
+PHASE_FIGURES = ("mean", "std", "smallest", "largest")
 MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
 LAW_NAMES = {
     ExtremeModel.GAUSSIAN: "a Gaussian process",
@@ -336,15 +337,12 @@ def _describe_phases(
         for group in _groups_in_operation(statistics):
             for phase in map(str, statistics.phase.values):
                 at = statistics.named_phase.sel(contact_group=group, phase=phase, **channel.at)
-                of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
-                if not np.isnan(of["mean"]):
-                    names = ("mean", "std", "smallest", "largest")
-                    values = (document_nodes.Value(of[name], channel.unit) for name in names)
+                figures = at.sel(statistic=list(PHASE_FIGURES)).values
+                if not np.isnan(figures[0]):
+                    values = (document_nodes.Value(float(x), channel.unit) for x in figures)
                     rows.append([channel.title, group, phase, *values])
     if rows:
-        yield document_nodes.Table(
-            ("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows
-        )
+        yield document_nodes.Table(("channel", "group", "phase", *PHASE_FIGURES), rows)
 
 
 def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
