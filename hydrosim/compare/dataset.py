@@ -115,7 +115,6 @@ def to_dataset(
             "band": ("band", list(BANDS)),
         },
     )
-    describe_coordinates(dataset)
     dataset.attrs.update(
         attributes,
         kind=ResultKind.COMPARISON.value,
@@ -126,7 +125,7 @@ def to_dataset(
     dataset.attrs["zero_in_both"] = "\n".join(comparison.zero)
     if comparison.shift is not None:
         dataset.attrs["shift"] = comparison.shift
-    return dataset
+    return describe_coordinates(dataset)
 
 
 def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
@@ -144,14 +143,11 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
             (("ours", "run", "in each of our runs"), ("theirs", "other_run", "in each of theirs"))
         )
     }
-    figures = {
+    figures = {  # + gives numbers for truth values
         name: _describe(
             name,
             "channel",
-            [
-                _attribute_number(getattr(channel, name.removesuffix("_mean")))
-                for channel in channels
-            ],
+            [+getattr(channel, name.removesuffix("_mean")) for channel in channels],
             meaning,
         )
         for name, meaning in OF_STUDIES.items()
@@ -168,16 +164,11 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
     counts |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
     kind = {KIND: ResultKind.SET_COMPARISON.value}
     dataset = xr.Dataset(values | figures, coords, {**kind, **attributes, **counts})
-    describe_coordinates(dataset)
-    return dataset
+    return describe_coordinates(dataset)
 
 
 def _describe(name: str, dims: str | tuple[str, ...], values: Any, text: str) -> Any:
     return describe_values(dims, values, text, OTHER_UNITS.get(name, OF_CHANNEL))
-
-
-def _attribute_number(value: float | bool) -> float | int:
-    return int(value) if isinstance(value, bool) else value
 
 
 def _contact_figure(result: ChannelResult, name: str) -> float:

@@ -6,9 +6,7 @@ xarray loads this module, as an entry point of the package, before it opens its 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -34,8 +32,7 @@ class ResultBackend(BackendEntrypoint):
         selected by ``sel(seed=7)``."""
         from hydrosim.results.runs_file import index_by_seed  # slow to load with every xarray
 
-        path = Path(os.fspath(filename_or_obj))
         result = xr.open_dataset(
-            path, engine="netcdf4", decode_times=False, drop_variables=drop_variables
+            filename_or_obj, engine="netcdf4", decode_times=False, drop_variables=drop_variables
         )
         return index_by_seed(result)

@@ -95,7 +95,6 @@ class ResultKind(StrEnum):
     EXTREMES = "extremes over seeds"
 
 
-RUN_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 REQUIRED_NAMES: dict[ResultKind, str] = {
     ResultKind.SET: "run status",
     ResultKind.STUDY: "run status",
@@ -103,7 +102,7 @@ REQUIRED_NAMES: dict[ResultKind, str] = {
     ResultKind.COMPARISON: "channel ours recorded residual verdict",
     ResultKind.SET_COMPARISON: "channel ours theirs difference low high chance differs",
     ResultKind.ANALYSIS: "mode rao_amplitude",
-    ResultKind.RUN: " ".join(["time", *RUN_VARIABLES]),
+    ResultKind.RUN: "position wave_elevation energy_kinetic energy_residual",
 }
 """Dimensions and variables of the kinds that are shown. A file of an earlier version, which does
 not state its kind, is recognised by them."""
@@ -173,7 +172,7 @@ def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
         run = load_result(path)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
-    missing = [name for name in RUN_VARIABLES if name not in run]
+    missing = [name for name in REQUIRED_NAMES[ResultKind.RUN].split() if name not in run]
     if missing:
         found_text = f"is netCDF without {', '.join(missing)}"
         if (made := content(path) or "").startswith(REPORTED_KINDS):

@@ -65,7 +65,7 @@ def index_by_seed(runs: xr.Dataset) -> xr.Dataset:
     """Runs that `sel(seed=7)` selects by their seeds; other datasets as they are, and files of
     earlier versions that have a seed for each wave train."""
     has_seed = "seed" in runs.coords and runs.seed.dims == (RUN,)
-    return runs.set_xindex("seed") if has_seed and is_of_runs(runs) else runs
+    return runs.set_xindex("seed") if has_seed else runs
 
 
 def with_keys(runs: xr.Dataset) -> xr.Dataset:

@@ -140,7 +140,7 @@ def quantity_attributes(long_name: str, units: str = "") -> dict[str, str]:
 
 def describe_values(
     dims: str | Sequence[str], values: Any, long_name: str, units: str = ""
-) -> tuple[str | Sequence[str], Any, dict[str, str]]:
+) -> tuple[Any, ...]:
     """Variable for a dataset, with `quantity_attributes`."""
     return dims, values, quantity_attributes(long_name, units)
 
@@ -200,8 +200,9 @@ def describe(dataset: xr.Dataset) -> None:
             array.attrs[PURPOSE] = RESTART
 
 
-def describe_coordinates(dataset: xr.Dataset) -> None:
-    """The long_name of every coordinate that has none."""
+def describe_coordinates(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset, with a long_name of every coordinate that had none."""
     for name in map(str, dataset.coords):
         text = LABELS.get(name, name.replace("_", " "))
         dataset.variables[name].attrs.setdefault("long_name", text)
+    return dataset

@@ -24,7 +24,7 @@ from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import KEY, RUN
 from hydrosim.results.validation import DESIGN
-from hydrosim.results.variables import LABELS
+from hydrosim.results.variables import LABELS, OF_CHANNEL, quantity_attributes
 from hydrosim.statistics import effects, gumbel
 from hydrosim.statistics.effects import EffectRow, PlanRuns, combinations, plans
 from hydrosim.statistics.figures import SIDE_ATTRIBUTE, JudgedCriterion, judge_plan
@@ -219,11 +219,9 @@ def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:
         return {
             key: str(runs[name].attrs[key]) for key in COPIED_ATTRIBUTES if key in runs[name].attrs
         }
-    attributes = {"long_name": LABELS.get(name, name.replace("_", " "))}
-    if name in ("runs", "another_probability"):
-        return {**attributes, "units": "1"}
     is_value = name.startswith(("most_probable", "p90", "another"))
-    return {**attributes, "comment": "each in the unit of its channel"} if is_value else attributes
+    units = "1" if name in ("runs", "another_probability") else OF_CHANNEL if is_value else ""
+    return quantity_attributes(LABELS.get(name, name.replace("_", " ")), units)
 
 
 def figures_in(runs: xr.Dataset) -> list[str]:

@@ -104,10 +104,9 @@ def statistics(
     and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
     not exist."""
     variables, coords, attributes = columns(run, start, exposure, channels)
+    attributes[KIND] = ResultKind.STATISTICS.value
     made = new_dataset({**variables, **unit_statistics(run)}, coords, attributes)
-    describe_coordinates(made)
-    made.attrs[KIND] = ResultKind.STATISTICS.value
-    return made
+    return describe_coordinates(made)
 
 
 def unit_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:

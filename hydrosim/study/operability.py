@@ -527,9 +527,7 @@ class _LimitTable:
             "highest": float(self.heights[-1]),
             "apart": study.wanted.heights.apart,
         }
-        limits = xr.Dataset(variables, coordinates, attributes)
-        describe_coordinates(limits)
-        return limits
+        return describe_coordinates(xr.Dataset(variables, coordinates, attributes))
 
 
 def _criterion_texts(study: Limits) -> Iterator[str]:

@@ -108,7 +108,8 @@ class RunLayout(NamedTuple):
         labels = {dim: of for dim, of in self.labels.items() if dim in run.dims}
         fills = {name: _fill_value(of.dtype) for name, of in present.items()}
         padded = run.reindex(labels, fill_value=fills)
-        sizes = {**dataset.sizes, **{dim: of.size for dim, of in self.labels.items()}}
+        sizes = dict(dataset.sizes)
+        sizes.update({dim: of.size for dim, of in self.labels.items()})
         data = {
             name: padded.variables[name] if name in present else _missing_variable(of, sizes)
             for name, of in values.items()
@@ -322,9 +323,9 @@ def _empty_template(variable: xr.Variable) -> xr.Variable:
     )
 
 
-def _missing_variable(variable: xr.Variable, sizes: Mapping[str, int]) -> xr.Variable:
+def _missing_variable(variable: xr.Variable, sizes: Mapping[Any, int]) -> xr.Variable:
     """A variable in which nothing is known."""
-    shape = [sizes[str(dim)] for dim in variable.dims]
+    shape = [sizes[dim] for dim in variable.dims]
     values = np.full(shape, _fill_value(variable.dtype), variable.dtype)
     return xr.Variable(variable.dims, values, variable.attrs)
 
