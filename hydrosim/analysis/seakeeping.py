@@ -425,9 +425,10 @@ def _gust_dataset(scene: Scene, about: response.Responder) -> xr.Dataset:
     if scene.environment.gusts is None:
         return xr.Dataset()
     std = about.in_gusts().reshape(-1, 6)
-    text = "standard deviation in gusts, linear about the mean wind"
-    gusts = {"gust_std": describe_values(MOTION_DIMS, std, text, "m or rad")}
-    return xr.Dataset(gusts, coords=_bodies(scene))
+    gusts = describe_values(
+        MOTION_DIMS, std, "standard deviation in gusts, linear about the mean wind", "m or rad"
+    )
+    return xr.Dataset({"gust_std": gusts}, coords=_bodies(scene))
 
 
 def _line_drag_remarks(compiled: Compiled) -> Iterator[str]:
