@@ -44,7 +44,7 @@ from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene, simulate
 from hydrosim.statistics import effects
 from hydrosim.study import executors
-from hydrosim.study.run_layout import TRIAL_STEPS, RunLayout, merge_layouts, one_scene_of_each_kind
+from hydrosim.study.run_layout import RunLayout, merge_layouts, one_scene_of_each_kind, try_scene
 from hydrosim.study.shared import SceneCache, folder_of, identity, is_complete, locked_journal
 from hydrosim.study.sweep import ParameterStudy, check_figures, check_units, scenes_with_seeds
 
@@ -138,7 +138,7 @@ def simulate_many(
     )
     form = merge_layouts(scenes, partial(digest, start=0.0, lenient=True), simulate)
     if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
-        _check_requested(scenes[0], digest)
+        try_scene(scenes[0], partial(digest, start=0.0), simulate)  # it has what is asked for
     if form is not None:
         digest = partial(executors.pad_to_layout, form=form, keep=partial(digest, lenient=True))
 
@@ -232,16 +232,6 @@ def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Seque
         return not patterns
     fits = (fnmatch.filter(form.channels, pattern) for pattern in patterns)
     return all(fits) and all(name in form.variables for name in names)
-
-
-def _check_requested(scene: Scene, keep: Digest) -> None:
-    """Raises InputError where a few steps of a scene do not have what is asked for."""
-    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
-    try:
-        run = simulate(short)
-    except HydrosimError:  # its own run will say it
-        return
-    keep(run, start=0.0)
 
 
 def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
