@@ -67,12 +67,14 @@ def frame_of_statistics(statistics: xr.Dataset) -> pd.DataFrame:
 def frame_of_runs(runs: xr.Dataset, statistics: Sequence[str] = SIDES) -> pd.DataFrame:
     """One row for each run, in SI: its seed and parameters, its figures, and the ``statistics`` of
     each channel that moves, such as "position.barge.heave largest"."""
+    import pandas as pd
+
     names = runs.statistic.values.tolist() if "statistic" in runs.coords else []
     if unknown := [name for name in statistics if names and name not in names]:
         raise InputError(f"statistics: found {unknown[0]!r}; expected some of {', '.join(names)}.")
     along = [name for name in (*runs.coords, *runs.data_vars) if runs[name].dims == (RUN,)]
-    columns = [name for name in along if name not in (RUN, *LONG_TEXTS)]
-    frame = runs[columns].reset_coords().to_dataframe()[columns]
+    columns = {name: runs[name].values for name in along if name not in (RUN, *LONG_TEXTS)}
+    frame = pd.DataFrame(columns, index=pd.Index(runs[RUN].values, name=RUN))
     for channel, values in _statistics_by_channel(runs):
         if np.nan_to_num(values.sel(statistic="std").values).any():
             for name in statistics:
