@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 LONG_TEXTS = ("case", "case_resolved", "status_message", "warnings")
 """Variables of many runs that are no columns of a frame."""
-SIDES = ("smallest", "largest")
+DEFAULT_STATISTICS = ("smallest", "largest")
 """Statistics of each channel in a frame of many runs, where no others are asked for."""
 
 
@@ -64,7 +64,7 @@ def frame_of_statistics(statistics: xr.Dataset) -> pd.DataFrame:
     return frame.rename_axis("channel")
 
 
-def frame_of_runs(runs: xr.Dataset, statistics: Sequence[str] = SIDES) -> pd.DataFrame:
+def frame_of_runs(runs: xr.Dataset, statistics: Sequence[str] = DEFAULT_STATISTICS) -> pd.DataFrame:
     """One row for each run, in SI: its seed and parameters, its figures, and the ``statistics`` of
     each channel that moves, such as "position.barge.heave largest"."""
     import pandas as pd
