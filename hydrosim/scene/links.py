@@ -603,7 +603,9 @@ class Stop(CoordinateElement):
     def _check_ends(self) -> Self:
         for key in self.keys_with_value("lowest", "highest") if self.point is not None else ():
             if getattr(self, key) <= 0.0:
-                raise problem(f"{key} {getattr(self, key):g}", "a distance above 0")
+                found_text = f"{key} {getattr(self, key):g}"
+                expected = "a distance above 0: that of the ends, which is not 0 at rest"
+                raise problem(found_text, expected)
         if not self.low < self.high:
             found_text = f"lowest {self.low:g} and highest {self.high:g}"
             raise problem(found_text, "a lowest place below the highest")
