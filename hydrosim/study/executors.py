@@ -9,7 +9,7 @@ from __future__ import annotations
 import fnmatch
 import gc
 import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
@@ -109,12 +109,8 @@ def reduce_run(
     variables_of_run[RELATIVE] = _relative_error(run)
     results = RunResults(run)
     why = results.explanation if "impulse" in run else xr.Dataset()
+    check_figure_names(figures, {*variables_of_run, *coords, *run.variables, *why})
     for figure in figures:
-        if any(figure.name in names for names in (variables_of_run, coords, run, why)):
-            raise InputError(
-                f"figures: found the name {figure.name}, which is that of a variable"
-                " of the runs; expected another one."
-            )
         try:
             variables_of_run[figure.name] = figure.evaluate(results).variable
         except InputError:
@@ -129,6 +125,16 @@ def reduce_run(
     return describe_coordinates(reduced).drop_vars(
         [name for name in reduced.coords if str(name).startswith(MEMORY_PREFIX)]
     )
+
+
+def check_figure_names(figures: Sequence[RequestedStatistic], taken: Collection[object]) -> None:
+    """Raises InputError where a figure has the name of a variable of the runs."""
+    for figure in figures:
+        if figure.name in taken:
+            raise InputError(
+                f"figures: found the name {figure.name}, which is that of a variable"
+                f" of the runs; expected another one, such as {figure.name}_of_run."
+            )
 
 
 def _chosen_channels(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:

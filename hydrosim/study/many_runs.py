@@ -43,8 +43,15 @@ from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene, simulate
 from hydrosim.statistics import effects
+from hydrosim.statistics.statistics import CHANNEL_VARIABLES
 from hydrosim.study import executors
-from hydrosim.study.run_layout import RunLayout, merge_layouts, one_scene_of_each_kind, try_scene
+from hydrosim.study.run_layout import (
+    RunLayout,
+    merge_layouts,
+    names_layout,
+    one_scene_of_each_kind,
+    try_scene,
+)
 from hydrosim.study.shared import SceneCache, folder_of, identity, is_complete, locked_journal
 from hydrosim.study.sweep import (
     ParameterStudy,
@@ -58,7 +65,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from hydrosim.case import Case
-    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.figures import RequestedStatistic, ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
     from hydrosim.study.executors import Pool
     from hydrosim.study.study_file import SeedTarget
@@ -153,6 +160,7 @@ def simulate_many(
         figures=tuple(figures),
         channels=tuple(channels),
     )
+    _check_names(scenes[0], figures)
     form = merge_layouts(scenes, partial(digest, start=0.0, lenient=True), simulate)
     if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
         try_scene(scenes[0], partial(digest, start=0.0), simulate)  # it has what is asked for
@@ -249,6 +257,15 @@ def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Seque
         return not patterns
     fits = (fnmatch.filter(form.channels, pattern) for pattern in patterns)
     return all(fits) and all(name in form.variables for name in names)
+
+
+def _check_names(scene: Scene, figures: Iterable[RequestedStatistic]) -> None:
+    """Raises InputError where a figure has the name of a coordinate or statistic of the runs."""
+    layout = names_layout(scene)
+    if layout is not None:
+        dims = {"body", "dof", *layout.dims}
+        statistics = [name for name, (_, of, _) in CHANNEL_VARIABLES.items() if dims.issuperset(of)]
+        executors.check_figure_names([*figures], {*layout.coords, *statistics})
 
 
 def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:

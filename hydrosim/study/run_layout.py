@@ -165,11 +165,11 @@ def _layouts_of_runs(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset 
         calm = without_waves(scene)
         if before is None or not are_scenes_equal(calm, before):
             before = calm
-            layout = _names_layout(scene)
+            layout = names_layout(scene)
         yield run, layout
 
 
-def _names_layout(scene: Scene) -> xr.Dataset | None:
+def names_layout(scene: Scene) -> xr.Dataset | None:
     """The names in the runs of a scene and the numbers beside them."""
     weights = carried_weights(scene)
     names = {

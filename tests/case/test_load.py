@@ -261,6 +261,7 @@ class TestSettings:
         ("setting", "message"),
         rows("""
         solver.stp=1 | solver.stp: found an unknown key; expected one of: method, step
+        stiffness=3 | did you mean "forces.spring.stiffness"?
         solvr.step=1 | one of: title, duration, environment, bodies, forces, joints, solver
         bodies.blok.dofs=[surge] | found no "blok" there; expected one of: block; did you
         forces.sprin.body=block | found no "sprin" there; expected one of: spring; did you

@@ -188,6 +188,10 @@ def test_show_prints_what_was_printed(hydrosim: Command, folder: Path) -> None:
         ("analyse block.nc", "block.nc: "),
         ("show block.nc --why pitch", "--why: found pitch; expected one of surge, sway, heave"),
         ("new --schema recipe --kg 3", "--kg: not possible with --schema"),
+        ("new --hs 2", "No such option: --hs (Possible options: --significant-height)"),
+        ("show block.nc --start 9", "No such option: --start (Possible options: --from)"),
+        ("run block.yaml --seed 2", "(Possible options: --set environment.waves.seed=)"),
+        ("stats block.nc", "No such command 'stats'. Type: hydrosim show RUN.nc --statistics"),
         ("new --schema cases", "--schema: found 'cases'; expected one of case, study, recipe"),
     ],
 )
