@@ -88,7 +88,7 @@ _OF_SCENES = {
     " TensionCurve TorsionCurve TorsionSpring",
     "loads": "AppliedForce CurrentLoad WindLoad",
     "plane": "Plane",
-    "restraints": "Bushing LinearMooring",
+    "restraints": "Bushing Drive LinearMooring",
     "scene": "Solver Start Tolerance",
 }
 """Classes of `hydrosim.scene`, to write a scene with: numbers are in SI, or texts with a unit."""
