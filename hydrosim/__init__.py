@@ -90,6 +90,7 @@ _OF_SCENES = {
     "plane": "Plane",
     "restraints": "Bushing Drive LinearMooring",
     "scene": "Solver Start Tolerance",
+    "winch": "Compensation Drum DrumFriction Winch",
 }
 """Classes of `hydrosim.scene`, to write a scene with: numbers are in SI, or texts with a unit."""
 for _home, _names in _OF_SCENES.items():

@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrosim.case import load_case
+from hydrosim.case import as_case
 from hydrosim.case.criteria import CRITERIA
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
@@ -214,7 +214,7 @@ def simulate(
         return as_xarray(simulate_data(case, progress, kept, forces))
     if isinstance(case, Compiled | Scene):
         raise InputError("output: found a scene; expected a case. Call to_netcdf on its run.")
-    read = load_case(case) if isinstance(case, str | Path) else case
+    read = as_case(case)
     result = run_output(read, output, overwrite)
     checkpoint = kept or Checkpoint(checkpoint_of(result), resume=resume)
     with result.hold_lock():
@@ -333,7 +333,7 @@ def prepare_scene(case: Case | Scene | str | Path, progress: Progress | None = N
     """Scene of a case or of the case in a file, after the runs that it needs were made."""
     if isinstance(case, Scene):
         return case
-    read = load_case(case) if isinstance(case, str | Path) else case
+    read = as_case(case)
     complete_stages(read, lambda stage, _: simulate(stage, progress))
     return read.scene()
 

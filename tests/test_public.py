@@ -1,11 +1,14 @@
 """What `import hydrosim as hs` shows of itself."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import printed
 
 import hydrosim as hs
+from hydrosim.errors import InputError
 
 CASE = Path(__file__).parents[1] / "cases" / "reverse_float_over" / "base.yaml"
 SLOW = {"numba", "llvmlite", "scipy", "xarray", "pandas", "netCDF4", "h5py", "matplotlib"}
@@ -72,3 +75,16 @@ def loaded_after(program: str, wanted: set[str] = SLOW) -> set[str]:
     told = f"import sys; print(*set(sys.modules) & {wanted})"
     text = f"{program.format(case=str(CASE))}\n{told}"
     return set(printed(text).split("\n")[-2].split())
+
+
+@pytest.mark.parametrize("take", [hs.check, hs.simulate, hs.analyse])
+def test_what_is_no_case_is_said(take: Callable[..., Any]) -> None:
+    with pytest.raises(InputError, match=r"found 3 \(int\); expected a case or the path"):
+        take(3)
+
+
+def test_a_scene_in_python_is_analysed_as_its_case(tmp_path: Path) -> None:
+    case = hs.load_case(CASE.parents[1] / "sphere" / "decay.yaml")
+    assert hs.analyse(case.scene()).dataset.identical(hs.analyse(case).dataset)
+    with pytest.raises(InputError, match="output: found a scene"):
+        hs.analyse(case.scene(), output=tmp_path / "modes.nc")

@@ -38,6 +38,7 @@ from yaml.nodes import Node
 from hydrosim.case.checks import check, recorded_series
 from hydrosim.case.schema import CaseFile
 from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, chosen_units
 from hydrosim.files.document import Document
 from hydrosim.files.layers import apply_setting, read_case, settings_of, yaml_text
@@ -232,6 +233,18 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
     expected, what to do.
     """
     return laid_over(Path(path), read_case(Path(path)), settings)
+
+
+def as_case(case: Case | str | Path) -> Case:
+    """A case, or the case in a file. Raises InputError if it is neither."""
+    if isinstance(case, Case):
+        return case
+    if isinstance(case, str | Path):
+        return load_case(case)
+    kind = type(case).__name__
+    raise InputError(
+        f"case: found {case!r:.60}, a {kind}; expected a case or the path of its file."
+    )
 
 
 def laid_over(

@@ -371,6 +371,12 @@ class Break(SchemaModel):
     time: of.Instant | None = None
     """Time at which the line parts."""
 
+    @model_validator(mode="after")
+    def _check_time(self) -> Self:
+        if self.time is not None and self.time < 0.0:
+            raise problem(f"time {self.time:g} s", "a time of the run, 0 s or later")
+        return self
+
 
 def _break_form(value: object) -> str:
     return "mapping" if isinstance(value, dict | Break) else "tension"

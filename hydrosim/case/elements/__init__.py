@@ -8,7 +8,6 @@ from pydantic import BeforeValidator
 
 from hydrosim.case.elements.catenary import CatenaryEntry, Lines
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.elements.winch import WinchEntry
 from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
@@ -16,6 +15,7 @@ from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import AnyCoordinateElement, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, Drive, LinearMooring
+from hydrosim.scene.winch import Winch
 
 
 def _check_kind(data: Any) -> Any:
@@ -41,7 +41,7 @@ AnyElement = Annotated[
     | ViscousRoll
     | CurrentLoad
     | WindLoad
-    | WinchEntry
+    | Winch
     | Compensator
     | Drive,
     ByKind("type"),

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.analysis.ballast import with_contents_at
-from hydrosim.case import Case, load_case
+from hydrosim.case import Case, as_case
 from hydrosim.compile import sizes
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_calm, compile_scene
@@ -360,8 +360,7 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
     """What `hydrosim check` prints of a case, of the case in a file or of a scene; `print` and
     notebooks show it. Step limits and natural periods are also those at ``times`` [s]. Raises
     InputError as `simulate` does."""
-    read = load_case(case) if isinstance(case, str | Path) else case
-    scene = read if isinstance(read, Scene) else read.scene()
+    scene = case if isinstance(case, Scene) else as_case(case).scene()
     return check_document(scene, times)
 
 
