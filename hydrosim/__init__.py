@@ -93,7 +93,7 @@ _OF_SCENES = {
     " TensionCurve TorsionCurve TorsionSpring",
     "loads": "AppliedForce CurrentLoad WindLoad",
     "plane": "Plane",
-    "restraints": "Bushing LinearMooring",
+    "restraints": "Bushing Drive LinearMooring",
     "scene": "Solver Start Tolerance",
     "winch": "Compensation Drum DrumFriction Winch",
 }
