@@ -433,14 +433,6 @@ class BreakingElement(ForceElement):
         return self.breaks_at is not None or super().is_written()
 
 
-@schema_class
-class LimitedElement(ForceElement):
-    """Base of elements with a ``capacity`` [N], the allowable force of each. Forces are compared
-    with it; nothing breaks."""
-
-    capacity: float | None = field(default=None, kw_only=True)
-
-
 @dataclass(frozen=True)
 class Turns:
     """Rotations of a body: the ``free`` ones of its coordinates 3, 4, 5, with ``exact`` rotations
