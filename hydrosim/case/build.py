@@ -181,11 +181,9 @@ def _path_in_folder(folder: Path, file: str) -> Path:
 
 def _build_solver(solver: schema.SolverEntry) -> scene.Solver:
     given = solver.tolerance
-    settings = {key: getattr(solver, key) for key in fields_of(type(solver))}
-    if not isinstance(given, scene.Tolerance):
-        del settings["tolerance"]
-        settings["accuracy"] = given
-    return scene.Solver(**settings)
+    if isinstance(given, scene.Tolerance):
+        return scene.Solver.build_from(solver)
+    return scene.Solver.build_from(solver, tolerance=scene.Tolerance(), accuracy=given)
 
 
 def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:
