@@ -157,7 +157,7 @@ class HarmonicEntry(SchemaModel, Generic[T]):
 def _form_tag(value: object) -> str:
     """Which of the forms a value in a case file has."""
     if not isinstance(value, dict):
-        return "values"
+        return "recorded" if isinstance(value, RecordedColumns) else "values"
     if {"file", "column"} & value.keys():
         return "recorded"
     return "table" if {"time", "force"} & value.keys() else "harmonic"

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 
 from hydrosim.case.elements.catenary import CatenaryEntry, Lines
-from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing

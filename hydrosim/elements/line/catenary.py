@@ -111,6 +111,7 @@ class Catenary(TwoPointElement):
     paid: Signal | None = None
     paying: int = NO_INDEX
     curves: Mapping[int, np.ndarray] = field(default_factory=dict, kw_only=True)
+    capacity: float | None = field(default=None, kw_only=True)
     left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
     def dragging_streams(self) -> Collection[str]:
