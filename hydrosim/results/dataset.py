@@ -151,16 +151,15 @@ def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
 
 def load_result(path: Path, decode_times: bool = True) -> xr.Dataset:
     """All variables of a netCDF file, in memory, with those of the group `restart` of a run."""
-    import netCDF4
     import xarray as xr  # slow to load
 
-    result = xr.load_dataset(path, engine="netcdf4", decode_times=decode_times)
-    with netCDF4.Dataset(path) as file:
-        has_restart = RESTART in file.groups
-    if not has_restart:
-        return result
-    continuation = xr.load_dataset(path, group=RESTART, engine="netcdf4", decode_times=decode_times)
-    return result.merge(continuation, join="exact", combine_attrs="override")
+    # the file is opened once: the library may fail where it is opened again
+    groups = xr.open_groups(path, engine="netcdf4", decode_times=decode_times)
+    with groups.pop("/") as root:
+        result = root.load()
+        for group in groups.values():
+            result = result.merge(group.load(), join="exact", combine_attrs="override")
+    return result
 
 
 def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
