@@ -8,7 +8,7 @@ run = hs.simulate(case)          # xarray.Dataset
 run.hydrosim.plot.motions()      # and .extremes(), .explain(), .compare(...), .report()
 
 Each command has its function here: `new`, `check`, `analyse`, `simulate`, `study`, `compare`,
-`export`, `decay`. Both write the same files.
+`export`, `decay`, `build_database`. Both write the same files.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from inspect import Signature
+
     from hydrosim.case import Case, load_case
     from hydrosim.compile.compile import compile_scene
     from hydrosim.coupling.moordyn import moordyn
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
     from hydrosim.interface.analyse import analyse
     from hydrosim.interface.analyse import fit_decay as decay
     from hydrosim.interface.compare import compare, export
+    from hydrosim.interface.database import build_database
     from hydrosim.interface.new import write_new_case as new
     from hydrosim.interface.study import study
     from hydrosim.linear.linearise import linearise
@@ -49,6 +53,7 @@ _HOME = {
     "load_database": "database",
     "UserForce": "elements.external",
     "analyse": "interface.analyse",
+    "build_database": "interface.database",
     "compare": "interface.compare",
     "decay": "interface.analyse",
     "export": "interface.compare",
@@ -88,7 +93,7 @@ _OF_SCENES = {
     " TensionCurve TorsionCurve TorsionSpring",
     "loads": "AppliedForce CurrentLoad WindLoad",
     "plane": "Plane",
-    "restraints": "Bushing LinearMooring",
+    "restraints": "Bushing Drive LinearMooring",
     "scene": "Solver Start Tolerance",
     "winch": "Compensation Drum DrumFriction Winch",
 }
@@ -130,8 +135,24 @@ class _FolderAndFunction(ModuleType):
     """A folder of the package that can be called as the function of the same name."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
-        home = import_module(f"hydrosim.{_HOME[self.__name__.rpartition('.')[2]]}")
-        return getattr(home, self.__name__.rpartition(".")[2])(*arguments, **options)
+        return self._function(*arguments, **options)
+
+    @property
+    def __signature__(self) -> Signature:
+        from inspect import signature
+
+        return signature(self._function)
+
+    @property
+    def __doc__(self) -> str | None:  # type: ignore[override]
+        """That of the function, which notebooks show."""
+        return self._function.__doc__
+
+    @property
+    def _function(self) -> Callable[..., Any]:
+        name = self.__name__.rpartition(".")[2]
+        function: Callable[..., Any] = getattr(import_module(f"hydrosim.{_HOME[name]}"), name)
+        return function
 
 
 class _Package(ModuleType):

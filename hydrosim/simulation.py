@@ -26,12 +26,12 @@ from hydrosim.elements import externals_of, function_errors, with_own_functions
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.files.arguments import Target, output_for
 from hydrosim.files.cache import program_version
-from hydrosim.files.outputs import Output
+from hydrosim.files.outputs import Output, read_attribute
 from hydrosim.files.units import factor
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.integrate.record import new_record
 from hydrosim.linear.propagate import propagate
-from hydrosim.results.dataset import RUN_FILE_HINT, read_run, status_of, write_run
+from hydrosim.results.dataset import RUN_FILE_HINT, read_run, write_run
 from hydrosim.results.output import to_dataset
 from hydrosim.results.run_data import as_xarray
 from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
@@ -106,19 +106,16 @@ def outdated_reason(stage: Stage) -> str | None:
     existing result belongs to the present case and program."""
     if not os.path.isfile(stage.file):
         return f"{stage.file} does not exist"
-
-    import xarray as xr  # slow to load, and few cases have stages
-
-    try:
-        with xr.open_dataset(stage.file, engine="netcdf4") as run:
-            made = run.attrs
-    except (OSError, ValueError, RuntimeError):
+    case, program, status = (
+        read_attribute(stage.file, name) for name in ("case", "program", "status")
+    )
+    if not (case or program or status):
         return f"{stage.file} is not the result of a run"
-    if made.get("case") != stage.case.text:
+    if case != stage.case.text:
         return f"{stage.file} was made from a different text of {stage.case.path}"
-    if made.get("program") != f"hydrosim {program_version()}":
-        return f"{stage.file} was made by {made.get('program')}"
-    if made.get("status") != "complete":
+    if program != f"hydrosim {program_version()}":
+        return f"{stage.file} was made by {program}"
+    if status != "complete":
         return f"{stage.file} is the result of an incomplete run"
     return None
 
@@ -253,7 +250,7 @@ def save_run(dataset: xr.Dataset, result: Output) -> Path:
     """Write a run; return its path. A run that did not complete never replaces a complete one. No
     run replaces a file that appeared while it was computed."""
     status = dataset.attrs["status"]
-    is_worse = status != "complete" and status_of(result.path) == "complete"
+    is_worse = status != "complete" and read_attribute(result.path, "status") == "complete"
     place = result.fallback_path() if is_worse else result.resolve_path()
     write_run(dataset, place)
     if status != "interrupted":

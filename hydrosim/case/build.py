@@ -19,7 +19,6 @@ from pydantic import BaseModel
 from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.criteria import as_attributes
-from hydrosim.case.elements import BuildContext
 from hydrosim.case.elements.catenary import Lines, Vessel
 from hydrosim.case.hydrodynamics import build_hydrodynamics, hull_of
 from hydrosim.case.seas import wave_trains
@@ -32,6 +31,7 @@ from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import CoordinateValue, Scale
 from hydrosim.scene.body import inertia_matrix
 from hydrosim.scene.damping import ViscousRoll
+from hydrosim.scene.force import BuildContext
 from hydrosim.scene.scene import arrange_joints
 
 if TYPE_CHECKING:
@@ -181,11 +181,9 @@ def _path_in_folder(folder: Path, file: str) -> Path:
 
 def _build_solver(solver: schema.SolverEntry) -> scene.Solver:
     given = solver.tolerance
-    settings = {key: getattr(solver, key) for key in fields_of(type(solver))}
-    if not isinstance(given, scene.Tolerance):
-        del settings["tolerance"]
-        settings["accuracy"] = given
-    return scene.Solver(**settings)
+    if isinstance(given, scene.Tolerance):
+        return scene.Solver.build_from(solver)
+    return scene.Solver.build_from(solver, tolerance=scene.Tolerance(), accuracy=given)
 
 
 def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:

@@ -8,7 +8,6 @@ from math import inf
 from pathlib import Path
 
 from hydrosim.case.elements.catenary import Lines
-from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.waves import (
@@ -23,6 +22,7 @@ from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene.environment import CurrentPower, IrregularWaves
 from hydrosim.scene.links import CoordinateElement
+from hydrosim.scene.restraints import Drive
 from hydrosim.scene.scene import arrange_joints
 from hydrosim.scene.signal import RecordedColumns
 
@@ -60,7 +60,7 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
     for name, element in case.forces.items():
         if element.body is not None:  # what acts in a joint has none
             yield from _check_body(case, ("forces", name, "body"), element.body)
-        if isinstance(element, DriveEntry | CoordinateElement) and element.joint is not None:
+        if isinstance(element, Drive | CoordinateElement) and element.joint is not None:
             yield from _check_joint(case, ("forces", name, "joint"), element.joint)
         for keys, other, remedy in element.body_references():
             yield from _check_other(case, name, keys, other, remedy)

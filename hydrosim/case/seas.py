@@ -11,12 +11,12 @@ from pydantic import ValidationError
 
 from hydrosim import scene
 from hydrosim.case import schema, waves
-from hydrosim.case.elements import BuildContext
 from hydrosim.case.waves import Component
 from hydrosim.files import text
 from hydrosim.files.messages import validation_problems
 from hydrosim.files.series import read_series
 from hydrosim.scene import DirectionalTable
+from hydrosim.scene.force import BuildContext
 from hydrosim.scene.signal import read_record
 
 if TYPE_CHECKING:

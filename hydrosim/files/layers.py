@@ -24,6 +24,7 @@ DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """Writes the same text either way; that of libyaml takes a quarter of the time."""
 EXTENDS = "extends"
 ORCAFLEX_KEYS = {"General", "VesselTypes", "LineTypes"}
+MAX_WHOLE_FLOAT = 2.0**53  # up to which every whole number is a float
 MAX_SETTING_LETTERS = 200  # characters of a setting in a message
 MAP = "tag:yaml.org,2002:map"
 TEXT = "tag:yaml.org,2002:str"
@@ -97,11 +98,17 @@ def apply_setting(node: Node, setting: str, option: str = yaml_nodes.SETTING) ->
 
 
 def settings_of(values: Mapping[str, Any]) -> list[str]:
-    """``KEY=VALUE`` of each entry; values are numbers, texts, lists, mappings, arrays or None."""
+    """``KEY=VALUE`` of each entry; values are numbers, texts, lists, mappings, arrays or None.
+    Whole numbers are written as such, because a row of a table makes all of its numbers floats."""
     return [
-        f"{key}={json.dumps(value, default=_plain_value, ensure_ascii=False)}"
+        f"{key}={json.dumps(_whole_if_possible(value), default=_plain_value, ensure_ascii=False)}"
         for key, value in values.items()
     ]
+
+
+def _whole_if_possible(value: Any) -> Any:
+    is_whole = isinstance(value, float) and value.is_integer() and abs(value) < MAX_WHOLE_FLOAT
+    return int(value) if is_whole else value
 
 
 def _plain_value(value: Any) -> Any:

@@ -69,7 +69,7 @@ SYNONYMS = {
     "stiffness": "k spring spring_constant ks",
     "damping": "c damper dashpot",
     "damping_ratio": "zeta xi",
-    "static": "mu_s mus static_friction mu friction_static",
+    "static": "mu_s mus static_friction mu friction_static coefficient",
     "kinetic": "mu_k muk dynamic kinetic_friction mu_d friction_kinetic",
     "coefficient": "mu friction_coefficient",
     "law": "type model",
@@ -120,6 +120,17 @@ SYNONYMS = {
     "yaw": "rz psi",
 }
 """Other technical words for keys and values of hydrosim, in lower case."""
+
+KEY_REMEDIES = {
+    ("height", "amplitude"): "give the amplitude, which is half of the height",
+    ("wave_height", "amplitude"): "give the amplitude, which is half of the height",
+    ("mu", "static"): 'did you mean "static"? give kinetic too; both may be equal',
+    ("coefficient", "static"): 'did you mean "static"? give kinetic too; both may be equal',
+    ("end_stops", ""): "an end stop is an element of its own, beside this one: type: stop",
+    ("end_stop", ""): "an end stop is an element of its own, beside this one: type: stop",
+    ("stops", ""): "an end stop is an element of its own, beside this one: type: stop",
+}
+"""Remedies for an unknown key that is not another word for the known key beside it."""
 
 
 def suggestion(word: str, candidates: Iterable[str]) -> str:
@@ -216,7 +227,9 @@ def _problem_of_error(
             return Problem((*keys, key), _choice_text(context["tag"], context["expected_tags"]))
         case "union_tag_not_found":
             key = context["discriminator"].strip("'")
-            text = f'found no key "{key}"; expected it to say which kind this is'
+            kinds = re.findall(r"'([^']*)'", context.get("expected_tags", ""))
+            kinds_text = f": {', '.join(kinds)}" if 0 < len(kinds) <= MANY_KNOWN else ""
+            text = f'found no key "{key}"; expected it to say which kind this is{kinds_text}'
             return Problem(keys, with_hint(text, _misspelt_key_advice(key, value)))
         case "literal_error" | "enum":
             return Problem(keys, _choice_text(value, context["expected"]))
@@ -276,7 +289,12 @@ def _unknown_key_problem(
     if comma := _comma_remedy(key):
         return Problem(keys, f"found a key that begins with a digit; {comma}")
     elsewhere = _nested_keys(key, fields) if keys[:-1] else _places_of(key, data)
-    remedy = _colon_remedy(key, fields) or suggestion(key, fields) or _place_advice([*elsewhere])
+    remedy = (
+        _colon_remedy(key, fields)
+        or KEY_REMEDIES.get((_plain_word(key), closest_word(key, fields)))
+        or suggestion(key, fields)
+        or _place_advice([*elsewhere])
+    )
     expected = (
         "" if remedy and len(fields) > MANY_KNOWN else f"expected one of: {', '.join(fields)}"
     )

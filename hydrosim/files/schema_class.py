@@ -42,7 +42,13 @@ from typing import (
 import numpy as np
 import pydantic
 from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema, PydanticKnownError, core_schema, to_jsonable_python
+from pydantic_core import (
+    CoreSchema,
+    PydanticCustomError,
+    PydanticKnownError,
+    core_schema,
+    to_jsonable_python,
+)
 
 from hydrosim.errors import InputError
 from hydrosim.files.key_rules import Rules, check_key_rules
@@ -341,15 +347,13 @@ class ByKind:
                 return value
             if not isinstance(value, dict):
                 raise PydanticKnownError("model_attributes_type")
-            about = {"discriminator": repr(self.key)}
-            if self.key not in value:
-                raise PydanticKnownError("union_tag_not_found", about)
             kinds = {kind: cls for cls in classes for kind in self._kinds_of(cls)}
+            about = {"discriminator": repr(self.key), "expected_tags": ", ".join(map(repr, kinds))}
+            if self.key not in value:
+                raise PydanticCustomError("union_tag_not_found", "no key {discriminator}", about)
             kind = value[self.key]
             if not isinstance(kind, str) or kind not in kinds:
-                expected = ", ".join(map(repr, kinds))
-                about |= {"tag": str(kind), "expected_tags": expected}
-                raise PydanticKnownError("union_tag_invalid", about)
+                raise PydanticKnownError("union_tag_invalid", about | {"tag": str(kind)})
             cls = kinds[kind]
             if issubclass(cls, pydantic.BaseModel):
                 return cls.model_validate(value, context=info.context)

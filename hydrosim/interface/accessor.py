@@ -6,6 +6,7 @@ Methods and their results:
                                            warnings, motions, contacts; also of other results
     run.hydrosim.channels()                the names of all channels
     run.hydrosim.channel("speed.barge")    one over time, with its unit
+    run.hydrosim.to_dataframe("speed.*")   a frame of pandas: a column for each channel
     run.hydrosim.plot.motions()            figures of matplotlib: overview, motions, contact, ...
     run.hydrosim.plot.channels("speed.*")  curves of channels; ax=... draws on your own axes
     run.hydrosim.extremes(start="200 s")   extremes with confidence: `hydrosim show --statistics`
@@ -14,6 +15,7 @@ Methods and their results:
     run.hydrosim.export("run.csv")         for other programs: `hydrosim export`
     run.hydrosim.case()                    the case that repeats the run: `hydrosim export --case`
     run.hydrosim.report("report.html")     a page: `hydrosim report`
+    runs.hydrosim.to_dataframe()           of many runs: a row for each run
     runs.hydrosim.extremes_over_seeds()    of many runs: most probable extremes and P90
 """
 
@@ -27,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -71,11 +74,25 @@ class RunAccessor:
         if self._holds_many():
             raise InputError(
                 f"found {self._run.sizes['run']} runs; expected one run, as hs.simulate or"
-                " hs.open_run gives. For many runs, use summary() or extremes_over_seeds()."
+                " hs.open_run gives. For many runs, use summary(), to_dataframe() or"
+                " extremes_over_seeds()."
             )
         if missing := [name for name in ("time", "body", "dof") if name not in self._run]:
             raise InputError(f"found a dataset without {', '.join(missing)}; {RUN_FILE_HINT}.")
+        self._refuse_joined()
         return self._run
+
+    def _refuse_joined(self) -> None:
+        """Raises InputError for runs that xarray has joined along a dimension of its own."""
+        from hydrosim.errors import InputError
+
+        dims = self._run.position.dims if "position" in self._run else ()
+        if not self._holds_many() and (joined := {*dims} - {"time", "body", "dof"}):
+            dim = joined.pop()
+            raise InputError(
+                f"found runs joined along {dim}; expected one run. Select it before you ask"
+                f" .hydrosim: runs.isel({dim}=0)."
+            )
 
     def _result(self) -> xr.Dataset:
         """The run or runs; InputError if the dataset is neither."""
@@ -86,6 +103,7 @@ class RunAccessor:
         motions, contacts, lines; also of many runs, limits, comparisons, linear analyses."""
         from hydrosim.interface.show import summary_of
 
+        self._refuse_joined()
         return summary_of(self._run)
 
     def channels(self) -> list[str]:
@@ -95,13 +113,31 @@ class RunAccessor:
         return channel_names(self._single_run())
 
     def channel(self, name: str) -> xr.DataArray:
-        """Channel (nt,) over time, with its unit. Raises InputError if the run has no channel of
-        that name."""
+        """Channel (nt,) over time, with its unit; of many runs (run, nt), of what they keep over
+        time. Raises InputError if there is no channel of that name."""
+        from hydrosim.errors import InputError
         from hydrosim.results.channels import channel_series
 
+        if not isinstance(name, str):
+            raise InputError(f"found {name!r}; expected one name: to_dataframe() takes several.")
+        if self._holds_many():
+            return _channel_of_runs(self._run, name)
         run = self._single_run()
         values, unit = channel_series(run, name)
         return xr.DataArray(values, {"time": run.time}, ("time",), name, {"units": unit})
+
+    def to_dataframe(
+        self, channels: Names = (), statistics: Sequence[str] = ("smallest", "largest")
+    ) -> pd.DataFrame:
+        """Frame of pandas in SI. Of one run: a column over time [s] for each of the ``channels``,
+        which may be patterns, by default all that are not zero. Of many runs: a row for each, with
+        seed, parameters, figures, and ``statistics`` of each channel that has some."""
+        from hydrosim.files.arguments import names_in
+        from hydrosim.interface.frames import frame_of_channels, frame_of_runs
+
+        if self._holds_many():
+            return frame_of_runs(self._run, names_in(statistics))
+        return frame_of_channels(self._single_run(), names_in(channels))
 
     def picture(self, name: str = "overview") -> Figure:
         """Figure by its name in `hydrosim.report.charts.pictures.PICTURES`, such as "overview" or
@@ -189,6 +225,24 @@ class RunAccessor:
         return write_report(self._run, output, replay=replay, overwrite=overwrite).files[0]
 
 
+def _channel_of_runs(runs: xr.Dataset, name: str) -> xr.DataArray:
+    """Channel (run, nt) of many runs; InputError if they do not keep it over time."""
+    from hydrosim.errors import InputError
+    from hydrosim.files.series import columns_of, select
+    from hydrosim.results.channels import RUN
+
+    if name not in (names := [*columns_of(runs.isel(run=0))]):
+        kept = ", ".join(dict.fromkeys(column.partition(".")[0] for column in names)) or "nothing"
+        raise InputError(
+            f"found {name}, but these runs keep {kept} over time. Ask for more by"
+            " simulate_many(cases, variables=[...]), or output: {variables: ...} of a study."
+        )
+    series = [select(RUN, runs.isel(run=k), name) for k in range(runs.sizes["run"])]
+    coordinates = {name: of for name, of in runs.coords.items() if of.dims in (("run",), ("time",))}
+    values = [value for value, _ in series]
+    return xr.DataArray(values, coordinates, ("run", "time"), name, {"units": series[0][1]})
+
+
 class RunPlots:
     """Pictures of a run by name: ``plot()`` is the overview, ``plot.motions()`` one of the others.
     Each draws on axes ``ax`` of matplotlib, one for each panel, if given; it returns the figure."""
@@ -216,5 +270,7 @@ class RunPlots:
 
     def __getattr__(self, name: str) -> Callable[..., Figure]:
         if name.startswith("_") or name not in dir(self):
-            raise AttributeError(f"run.hydrosim.plot has no picture {name!r}")
+            raise AttributeError(
+                f"run.hydrosim.plot has no picture {name!r}; it has {', '.join(dir(self))}"
+            )
         return partial(self, name)

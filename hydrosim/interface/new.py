@@ -199,11 +199,11 @@ headings: {{start: 0 deg, stop: 180 deg, step: 15 deg}}
 
 
 def write_new_case(
-    case_file: str | Path,
+    case_file: str | Path | None = None,
     *,
-    length: Amount,
-    beam: Amount,
-    draught: Amount,
+    length: Amount | None = None,
+    beam: Amount | None = None,
+    draught: Amount | None = None,
     block_coefficient: Amount | None = None,
     displacement: Amount | None = None,
     kg: Amount | None = None,
@@ -211,13 +211,27 @@ def write_new_case(
     significant_height: Amount = "1.5 m",
     peak_period: Amount = "8 s",
     database: str | Path | None = None,
+    example: str | None = None,
 ) -> list[Path]:
     """Write a commented case of a barge from its main particulars; return the files.
 
     Numbers are in SI or texts with a unit, as "590 ft". The case passes `hydrosim check`; its
-    comments say what was assumed. Without a ``database`` it has constant coefficients, and a recipe
-    beside it computes the database. Files that exist are not replaced.
+    comments say what was assumed. Without a ``database`` it has constant coefficients, and waves do
+    not move it. A recipe beside it, the second file, computes the database:
+    ``build_database(recipe)``. Files that exist are not replaced.
+
+    With ``example``, the name of one, its cases are written with their databases into the folder
+    ``case_file``, by default this one. Raises InputError for another name, with those that exist.
     """
+    if example is not None:
+        return write_example(example, case_file or ".")
+    sides = {"length": length, "beam": beam, "draught": draught}
+    missing = [name for name, side in sides.items() if side is None]
+    if case_file is None or length is None or beam is None or draught is None:
+        raise InputError(
+            f"{', '.join(missing) or 'case_file'}: found none; expected a file name, `length`,"
+            " `beam` and `draught`, or `example`."
+        )
     case_file = Path(case_file)
     recipe = case_file.with_name(f"{case_file.stem}_hull.yaml")
     _require_new(case_file, recipe)

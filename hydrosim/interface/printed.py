@@ -12,6 +12,7 @@ from hydrosim.files.document import Document, document_text
 from hydrosim.files.outputs import Output, make_folder
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 
@@ -33,6 +34,13 @@ class PrintedResult:
 
     def _repr_html_(self) -> str:
         return self.document._repr_html_()
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Numbers of the dataset as a frame of pandas: a row for each channel of statistics, or for
+        each of many runs; of others all variables. Raises InputError without a dataset."""
+        from hydrosim.interface.frames import frame_of_result
+
+        return frame_of_result(self.dataset)
 
 
 def source_of(run: xr.Dataset | str | Path) -> Path:

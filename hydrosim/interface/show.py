@@ -26,7 +26,7 @@ from hydrosim.report.sentences.study import counts_by_status, study_tables
 from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.dataset import ResultKind, kind_of, read_run, write_run
 from hydrosim.results.journal import GATHERED, runs_at
-from hydrosim.results.runs_file import COMPLETE, is_of_runs
+from hydrosim.results.runs_file import COMPLETE, is_of_runs, open_result
 from hydrosim.simulation import open_run
 from hydrosim.statistics import explain as explaining
 from hydrosim.statistics import statistics as stats
@@ -68,15 +68,8 @@ def summary_of(dataset: xr.Dataset) -> Document:
 
 def summarise(result: Result) -> printed.PrintedResult:
     """The summary of a result of any kind."""
-    if isinstance(result, str | Path) and os.path.isfile(result):
-        try:
-            dataset = xr.open_dataset(result, engine="netcdf4", decode_times=False)
-        except (OSError, ValueError, RuntimeError):
-            dataset = xr.Dataset()  # the reader of runs says what is wrong
-        if kind_of(dataset) in SUMMARIES and not is_of_runs(dataset):
-            return printed.PrintedResult(summary_of(dataset), dataset)
-        dataset.close()
-    dataset = _read(result)
+    stored = None if isinstance(result, xr.Dataset) else open_result(Path(result), SUMMARIES)
+    dataset = _read(result) if stored is None else stored
     lines = status_lines(dataset) if is_of_runs(dataset) else []
     return printed.PrintedResult(summary_of(dataset), dataset, lines=tuple(lines))
 

@@ -74,17 +74,11 @@ CAPABLE = {
 compared with it."""
 LINES = ("spring", "line", "winch", "compensator")
 """Units that pull."""
-TENSIONS = (
-    "spring_tension",
-    "winch_tension",
-    "compensator_tension",
-    "line_tension",
-    "line_anchor_tension",
-    "line_grounded",
-)
+TENSIONS = tuple(CAPABLE[dim] for dim in LINES)
 NEVER_NEGATIVE = (
     "fender_normal_force",
     *TENSIONS,
+    *("line_anchor_tension", "line_grounded"),
     "offset",
     "speed",
     "relative_speed",

@@ -388,27 +388,6 @@ BreaksAt = Annotated[
 ]
 
 
-def require_one_end(breaks_at: Any, active: Active | None) -> None:
-    """Raises a problem if a line breaks, and ends its action otherwise too."""
-    if breaks_at is not None and active and active.until is not None:
-        expected = "one of them: both end the action of the line"
-        raise problem("breaks_at and active.until", expected)
-
-
-def until_it_breaks(
-    active: Active | None, breaks_at: Any, channel: str, where: BuildContext
-) -> Active | None:
-    """The time in which a line acts that breaks at a tension, which a ``channel`` has, or at a
-    time."""
-    if breaks_at is None:
-        return active
-    time = breaks_at.time if isinstance(breaks_at, Break) else None
-    tension = breaks_at.tension if isinstance(breaks_at, Break) else breaks_at
-    watched = f"{channel}.{where.key.removeprefix('forces.')}"
-    parts = When(time) if time is not None else When(0.0, watched, above=tension)
-    return replace(active, until=parts) if active else Active(until=parts)
-
-
 @schema_class
 class BreakingElement(ForceElement):
     """A line that may part: the end of its action, located as an event."""
@@ -421,24 +400,25 @@ class BreakingElement(ForceElement):
 
     @model_validator(mode="after")
     def _check_end(self) -> Self:
-        require_one_end(self.breaks_at, self.active)
+        if self.breaks_at is not None and self.active and self.active.until is not None:
+            expected = "one of them: both end the action of the line"
+            raise problem("breaks_at and active.until", expected)
         return self
 
     def build_active(self, where: BuildContext) -> ForceElement:
         built = super(BreakingElement, replace(self, breaks_at=None)).build_active(where)
-        active = until_it_breaks(built.active, self.breaks_at, self.tension_channel, where)
+        if self.breaks_at is None:
+            return built
+        limit = self.breaks_at
+        parted = limit if isinstance(limit, Break) else Break(tension=limit)
+        channel = f"{self.tension_channel}.{where.key.removeprefix('forces.')}"
+        at_tension = {"channel": channel, "above": parted.tension}
+        until = When(**at_tension) if parted.time is None else When(parted.time)
+        active = replace(built.active, until=until) if built.active else Active(until=until)
         return replace(built, active=active)
 
     def is_written(self) -> bool:
         return self.breaks_at is not None or super().is_written()
-
-
-@schema_class
-class LimitedElement(ForceElement):
-    """Base of elements with a ``capacity`` [N], the allowable force of each. Forces are compared
-    with it; nothing breaks."""
-
-    capacity: float | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)

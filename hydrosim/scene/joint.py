@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import field, replace
 from enum import StrEnum
-from functools import cached_property
 from math import inf, pi
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
@@ -614,7 +613,7 @@ class Ball(Joint):
     initial: BallInitial = field(default=BallInitial(), kw_only=True)
     """Rotation and angular velocity at the start."""
 
-    @cached_property
+    @property
     def resistances(self) -> Sequence[JointResistance]:
         start = zip(self.initial.rotation, self.initial.rate, strict=True)
         return [Turn(damping=self.damping, initial=TurnInitial(*at)) for at in start]

@@ -25,15 +25,19 @@ from hydrosim.scene.force import BreakingElement, BuildContext, ForceElement, Tu
 from hydrosim.scene.joint import Joint, MotionKind
 
 
+@schema_class
 class TwoPointElement(ForceElement):
-    """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
-    of ``anchor_body``, with a ``capacity`` [N], the allowable force, or None: their dataclasses
-    have these fields."""
+    """Base of elements from a point of their body to an anchor."""
 
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    anchor_body: str | None
-    capacity: float | None
+    point: of.Point
+    """End on the body, in the body frame."""
+    anchor: of.Point
+    """Other end, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = field(default=None, kw_only=True)
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    topside."""
+    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
+    """Allowable tension, which statistics compare with."""
 
     def restored_dofs(self) -> Collection[str]:
         return ("surge", "sway", "yaw") if self.anchor_body is None else ()
@@ -109,13 +113,6 @@ class Spring(TwoPointElement, BreakingElement, Link):
 
     type: Literal["spring"] = field(default="spring", kw_only=True)
     """A line between a point of a body and an anchor. It carries no push."""
-    point: of.Point
-    """End of the line on the body, in the body frame."""
-    anchor: of.Point
-    """Other end of the line, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    barge."""
     length: Annotated[signal.Signal | float, ReadAs(signal.LengthOverTime, (float, signal.Signal))]
     """Length of the line without tension, or a table, recorded series or sine of it over time."""
     stiffness: of.Stiffness | None = None
@@ -124,8 +121,6 @@ class Spring(TwoPointElement, BreakingElement, Link):
     """Tension over extension, in place of stiffness."""
     damping: of.Damping = 0.0
     """Damping along the line."""
-    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
-    """Allowable tension, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
@@ -193,13 +188,6 @@ class Compensator(TwoPointElement, Link):
 
     type: Literal["compensator"] = field(default="compensator", kw_only=True)
     """A gas spring in a line, with end stops. It carries no push."""
-    point: of.Point
-    """End on the body, in the body frame."""
-    anchor: of.Point
-    """Other end, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    topside."""
     length: of.LineLength
     """Length of the whole line in the middle of the stroke."""
     tension: of.ReferenceForce
@@ -214,8 +202,6 @@ class Compensator(TwoPointElement, Link):
     """Stiffness of line and stop beyond the stroke."""
     damping: of.Damping = field(default=0.0, kw_only=True)
     """Damping along the line."""
-    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
-    """Allowable tension, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_stroke(self) -> Self:
@@ -321,13 +307,6 @@ class Strut(TwoPointElement, ElasticLink):
     type: Literal["strut", "power_take_off"] = field(default="strut", kw_only=True)
     """A spring and damper along a line, which pushes and pulls. A power_take_off is the same with
     its absorbed power recorded."""
-    point: of.Point
-    """End on the body, in the body frame."""
-    anchor: of.Point
-    """Other end, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    topside."""
     length: of.LineLength | None = None
     """Length at which the spring has no force. Without it, the length at rest."""
     stiffness: of.EitherStiffness | None = field(default=None, kw_only=True)
@@ -603,7 +582,9 @@ class Stop(CoordinateElement):
     def _check_ends(self) -> Self:
         for key in self.keys_with_value("lowest", "highest") if self.point is not None else ():
             if getattr(self, key) <= 0.0:
-                raise problem(f"{key} {getattr(self, key):g}", "a distance above 0")
+                found_text = f"{key} {getattr(self, key):g}"
+                expected = "a distance above 0: that of the ends, which is not 0 at rest"
+                raise problem(found_text, expected)
         if not self.low < self.high:
             found_text = f"lowest {self.low:g} and highest {self.high:g}"
             raise problem(found_text, "a lowest place below the highest")

@@ -157,7 +157,7 @@ class HarmonicEntry(SchemaModel, Generic[T]):
 def _form_tag(value: object) -> str:
     """Which of the forms a value in a case file has."""
     if not isinstance(value, dict):
-        return "values"
+        return "recorded" if isinstance(value, RecordedColumns) else "values"
     if {"file", "column"} & value.keys():
         return "recorded"
     return "table" if {"time", "force"} & value.keys() else "harmonic"
@@ -194,13 +194,13 @@ MomentOverTime = Annotated[
     pydantic.Discriminator(_form_tag),
 ]
 NormalOverTime = Annotated[
-    Annotated[TableOverTime[of.Force], pydantic.Tag("table")]
+    Annotated[of.Force, pydantic.Tag("values")]
+    | Annotated[TableOverTime[of.Force], pydantic.Tag("table")]
     | Annotated[RecordedColumns, pydantic.Tag("recorded")]
     | Annotated[HarmonicEntry[of.Force], pydantic.Tag("harmonic")],
     pydantic.Discriminator(_form_tag),
-    only_forms("force", "kN", TableOverTime, RecordedColumns, HarmonicEntry),
 ]
-Form = TableOverTime[float] | RecordedColumns | HarmonicEntry[float]
+Form = float | TableOverTime[float] | RecordedColumns | HarmonicEntry[float]
 Forces = of.PerDof[ForceOverTime, MomentOverTime]
 """Of an applied force: per DOF a number, a list over the element's own times, or any of these."""
 
@@ -230,6 +230,8 @@ def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
     """The signal in ``unit`` that is at ``key`` of the case file ``path``; raises as `read_record`
     does."""
     match form:
+        case float() | int():
+            return constant(form)
         case TableOverTime():
             return Table(np.array(form.time), np.array(form.force))
         case HarmonicEntry():

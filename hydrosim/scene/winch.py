@@ -120,13 +120,6 @@ class Winch(TwoPointElement, BreakingElement):
 
     type: Literal["winch"] = field(default="winch", kw_only=True)
     """A wire whose length a drum changes. A tugger is a winch with tension and dead_band."""
-    point: of.Point
-    """End of the wire on the body, in the body frame."""
-    anchor: of.Point
-    """Other end of the wire, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    topside."""
     stiffness: of.AxialStiffness
     """Axial stiffness EA of the wire: tension per strain."""
     damping: of.Span = field(default=0.0, kw_only=True)

@@ -121,9 +121,8 @@ def reduce_run(
         reduced = xr.merge([reduced, why], join="exact", compat="equals")
     if variables:
         reduced = xr.merge([run[variables], reduced], join="outer", compat="equals")
-    describe_coordinates(reduced)
     # adaptive runs end their last steps at different times
-    return reduced.drop_vars(
+    return describe_coordinates(reduced).drop_vars(
         [name for name in reduced.coords if str(name).startswith(MEMORY_PREFIX)]
     )
 

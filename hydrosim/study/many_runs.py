@@ -23,14 +23,14 @@ from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.elements import externals_of
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.files import outputs
+from hydrosim.files import arguments, outputs
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.locks import is_lock
 from hydrosim.files.yaml_nodes import locating_in
@@ -46,16 +46,25 @@ from hydrosim.statistics import effects
 from hydrosim.statistics.statistics import CHANNEL_VARIABLES
 from hydrosim.study import executors
 from hydrosim.study.run_layout import (
-    TRIAL_STEPS,
+    NAMES_OF_LAYOUT,
     RunLayout,
     merge_layouts,
     names_layout,
     one_scene_of_each_kind,
+    try_scene,
 )
 from hydrosim.study.shared import SceneCache, folder_of, identity, is_complete, locked_journal
-from hydrosim.study.sweep import ParameterStudy, check_figures, check_units, scenes_with_seeds
+from hydrosim.study.sweep import (
+    ParameterStudy,
+    check_figures,
+    check_units,
+    figures_by_name,
+    scenes_with_seeds,
+)
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from hydrosim.case import Case
     from hydrosim.statistics.figures import RequestedStatistic, ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
@@ -82,10 +91,11 @@ def simulate_many(
     *,
     variables: Sequence[str] = ("position",),
     channels: Sequence[str] = (),
-    labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
-    figures: Sequence[ScalarResult | StageResult | MotionCauseResult] = (),
+    labels: Mapping[str, Sequence[object] | xr.Variable] | pd.DataFrame | None = None,
+    figures: Sequence[ScalarResult | StageResult | MotionCauseResult]
+    | Mapping[str, Mapping[str, Any]] = (),
     attributes: Mapping[str, str] | None = None,
-    start: float = 0.0,
+    start: arguments.Amount = 0.0,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
@@ -101,9 +111,11 @@ def simulate_many(
     * the ``variables`` chosen from its own dataset, at every output time,
     * its `statistics` from ``start`` [s] on, also of the ``channels`` that patterns fit,
     * `end_position`, and the time of the `first_contact`,
-    * the ``figures`` that are asked for,
-    * ``seed``, and the ``labels`` that are given, with the attributes that these have. Wave trains
-      with seeds of their own also have ``seed_2`` and so on,
+    * the ``figures`` that are asked for, as in a study file by name: ``{"crawl": {"channel":
+      "position.barge.surge", "statistic": "change"}}``,
+    * ``seed``, and the ``labels`` that are given, with the attributes that these have; a frame of
+      pandas has a row for each run. Wave trains with seeds of their own also have ``seed_2`` and
+      so on,
     * ``status``, and ``status_message`` where it is not "complete".
 
     It is the same to the bit as that of single runs, and to the byte whatever the number of
@@ -130,9 +142,15 @@ def simulate_many(
     """
     if isinstance(cases, str | Path):
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
+    start = arguments.seconds("start", start)
+    channels = arguments.names_in(channels)
+    variables = arguments.names_in(variables)
+    if isinstance(figures, Mapping):
+        figures = figures_by_name(figures, start)
+    labels = {} if labels is None else {str(name): labels[name] for name in labels}
     scenes = [prepare_scene(case) for case in cases]
-    _check_labels(scenes, labels or {}, start)
-    along = {**_seed_labels(scenes), **(labels or {})}
+    _check_labels(scenes, labels, start)
+    along = {**_seed_labels(scenes), **labels}
     variables_of_runs = {
         name: _new_variable(values) for name, values in along.items()
     } | _source_labels(scenes)
@@ -146,7 +164,7 @@ def simulate_many(
     _check_names(scenes[0], figures)
     form = merge_layouts(scenes, partial(digest, start=0.0, lenient=True), simulate)
     if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
-        _check_requested(scenes[0], digest)
+        try_scene(scenes[0], partial(digest, start=0.0), simulate)  # it has what is asked for
     if form is not None:
         digest = partial(executors.pad_to_layout, form=form, keep=partial(digest, lenient=True))
 
@@ -243,22 +261,12 @@ def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Seque
 
 
 def _check_names(scene: Scene, figures: Iterable[RequestedStatistic]) -> None:
-    """Raises InputError where a figure has the name of a coordinate or statistic of the runs."""
+    """Raises InputError where a figure has the name of a dimension or statistic of the runs."""
     layout = names_layout(scene)
     if layout is not None:
-        dims = {"body", "dof", *layout.dims}
+        dims = {*map(str, layout.dims)} - NAMES_OF_LAYOUT
         statistics = [name for name, (_, of, _) in CHANNEL_VARIABLES.items() if dims.issuperset(of)]
-        executors.check_figure_names([*figures], {*layout.coords, *statistics})
-
-
-def _check_requested(scene: Scene, keep: Digest) -> None:
-    """Raises InputError where a few steps of a scene do not have what is asked for."""
-    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
-    try:
-        run = simulate(short)
-    except HydrosimError:  # its own run will say it
-        return
-    keep(run, start=0.0)
+        executors.check_figure_names([*figures], {*dims, *statistics})
 
 
 def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
@@ -281,9 +289,9 @@ def _new_variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Var
     """What is known of all runs, with its attributes if it has any."""
     if isinstance(values, xr.Variable):
         return values
-    text = len(values) > 0 and isinstance(values[0], str)
+    is_text = isinstance(next(iter(values), None), str)
     # texts as objects: each of them once, and not as long as the longest
-    array = np.array(values, dtype=object) if text else np.asarray(values)
+    array = np.array(values, dtype=object) if is_text else np.asarray(values)
     return xr.Variable((RUN, *(f"{k}" for k in range(1, array.ndim))), array)
 
 

@@ -461,6 +461,15 @@ Asked = Annotated[
     | Annotated[OfStages, pydantic.Tag("of stages")],
     pydantic.Discriminator(_figure_tag),
 ]
+
+
+class RequestedFigures(of.SchemaModel):
+    """Figures of runs by name, apart from a study."""
+
+    figures: dict[pydantic.StrictStr, Asked]
+    """Figures of each run by name."""
+
+
 Criterion = Annotated[
     Annotated[ChannelCriterion, pydantic.Tag("of a channel")]
     | Annotated[StageCriterion, pydantic.Tag("of stages")],

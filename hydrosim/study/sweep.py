@@ -29,7 +29,7 @@ from hydrosim.files.layers import read_case
 from hydrosim.files.messages import Problem, validate_document
 from hydrosim.files.outputs import settings_text
 from hydrosim.files.units import Scale, factor
-from hydrosim.files.yaml_nodes import SETTING, locating_in
+from hydrosim.files.yaml_nodes import SETTING, compose_nodes, locating_in
 from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
 from hydrosim.simulation import NotAskable, prepare_scene, simulate
 from hydrosim.statistics.effects import CYCLIC
@@ -144,6 +144,21 @@ def requested_figures(
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
     return tuple(criterion.figure(name, data.output.start) for name, criterion in asked.items())
+
+
+def figures_by_name(
+    figures: Mapping[str, Mapping[str, Any]], start: float
+) -> tuple[ScalarResult | StageResult | MotionCauseResult, ...]:
+    """Figures with the keys of a study file, from ``start`` [s] on. Raises InputError for keys or
+    values that no figure has."""
+    text = json.dumps({"figures": {name: {**keys} for name, keys in figures.items()}})
+    node = compose_nodes(text, "figures")
+    assert node is not None
+    try:
+        asked = validate_document(node, study_file.RequestedFigures).figures
+    except InputError as error:
+        raise InputError(str(error).replace("figures:1: ", "")) from None
+    return tuple(figure.figure(name, start) for name, figure in asked.items())
 
 
 def fixed_settings(data: study_file.StudyFile) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Case files: YAML as people expect it, errors that name their place, settings, extending."""
 
+import json
 import math
 from collections.abc import Callable
 from contextlib import suppress
@@ -432,3 +433,10 @@ def test_hydrodynamics_that_cannot_be_are_named(text, said, refusal):
 )
 def test_tolerances_of_the_wrong_kind(solver: str, said: str, refusal: Refusal) -> None:
     assert said in refusal(BLOCK.replace("{method: rk4, step: 0.1 s}", solver))
+
+
+def test_settings_hold_what_a_case_gives() -> None:
+    """Also of recorded series, one below a normal force, one below a degree of freedom."""
+    text = load_case(ROOT / "cases/one_dimensional/base.yaml").settings()
+    keys = [key for key in json.loads(text) if key.startswith("forces.waves.force")]
+    assert keys == [f"forces.waves.force.surge.{key}" for key in ("file", "case", "column")]

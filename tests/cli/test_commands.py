@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from command_line import Command, built_commands
 
 import hydrosim as hs
 from hydrosim.cli.earlier import NEW_WORDS, current_arguments
 from hydrosim.cli.terminal import with_options
-from hydrosim.compare.dataset import differences
+from hydrosim.compare.dataset import differences, read_result
 
 ORDER = "new check analyse run study show report compare export decay db"
 UNCHANGED = "new check run report export compare"
@@ -218,10 +217,10 @@ def test_what_does_not_go_together_is_told(
 
 def same(first: Path, second: Path) -> bool:
     """Whether two results are identical, and say the same of their origin."""
-    with xr.open_dataset(first) as one, xr.open_dataset(second) as other:
-        assert one.attrs["history"] == other.attrs["history"]
-        assert one.attrs.get("settings") == other.attrs.get("settings")
-        return differences(one.load(), other.load()) == []
+    one, other = read_result(first), read_result(second)
+    assert one.attrs["history"] == other.attrs["history"]
+    assert one.attrs.get("settings") == other.attrs.get("settings")
+    return differences(one, other) == []
 
 
 def test_python_writes_the_files_of_the_commands(hydrosim: Command, folder: Path) -> None:

@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 from command_line import Command, command, files, refusal, succeeds
 
-from hydrosim.cli import db as build_command
 from hydrosim.cli.db import TimeLeft
 from hydrosim.database import HydroDatabase, netcdf
 from hydrosim.database.checks import CHECKS
 from hydrosim.database.load import WRITERS, read
 from hydrosim.errors import InputError
-from hydrosim.files.outputs import Output
+from hydrosim.interface import database as building
 
 ROOT = Path(__file__).parents[2]
 
@@ -354,10 +353,11 @@ class TestChanges:
 def test_all_modules_that_are_absent_are_named_at_once(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(build_command, "find_spec", lambda name: None)
-    output = Output(tmp_path / "db.nc", "database", tmp_path / "recipe.yaml", (), False)
+    monkeypatch.setattr(building, "find_spec", lambda name: None)
+    recipe = tmp_path / "recipe.yaml"
+    recipe.touch()
     with pytest.raises(InputError, match="found no module capytaine and no joblib; expected"):
-        build_command.build_database(output, 1, picture=False)
+        building.build_database(recipe)
 
 
 def test_time_left_is_expected_first_and_then_measured() -> None:

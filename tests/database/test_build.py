@@ -15,14 +15,13 @@ from validation_data import unpacked
 from hydrosim.database.build import barge, drift
 from hydrosim.database.build.drift import MIN_TESTED_KH, Water
 from hydrosim.errors import InputError
-from hydrosim.files.outputs import Output
+from hydrosim.interface.database import build_database
 from hydrosim.report.evidence import Feature, Kind
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
 import capytaine as cpt
 
-from hydrosim.cli.db import build_database
 from hydrosim.database.build import bem, green, mesh, near_field
 from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.build import build
@@ -259,11 +258,6 @@ def test_shallow_water_keeps_the_energy(tmp_path):
     assert db.added_mass_zero is None
 
 
-def made(recipe: Path, name: str) -> Output:
-    """A database of the recipe, beside it."""
-    return Output(recipe.with_name(name), "database", recipe)
-
-
 def test_interrupted_and_taken_up_again(tmp_path, own_store, monkeypatch):
     """Stopped after the second frequency, it solves only the third, and writes the same bytes."""
     recipe = tmp_path / "box.yaml"
@@ -283,10 +277,10 @@ def test_interrupted_and_taken_up_again(tmp_path, own_store, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         build(load_recipe(recipe), progress=stop)
     assert solved == [0.5, 0.6]
-    (resumed,) = build_database(made(recipe, "resumed.nc"), 1, False)
+    (resumed,) = build_database(recipe, output=tmp_path / "resumed.nc")
     assert solved == [0.5, 0.6, 0.7]
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path / "another"))
-    (whole,) = build_database(made(recipe, "whole.nc"), 1, False)
+    (whole,) = build_database(recipe, output=tmp_path / "whole.nc")
     assert len(solved) == 6
     assert resumed.read_bytes() == whole.read_bytes()
     assert read(whole).checksum == read(resumed).checksum
@@ -331,7 +325,7 @@ def test_qtf_of_a_recipe(tmp_path, own_store, monkeypatch):
         build(load_recipe(path), progress=stop)
     assert told == [(0, 5), (1, 5), (2, 5), (3, 5), (4, 5)]
     assert solved == [0.5]
-    files = build_database(made(path, "box.nc"), 1, True)
+    files = build_database(path, plot=True)
     assert solved == [0.5, 0.7]
     assert [file.name for file in files] == ["box.nc", "box.png", "box_qtf.png"]
     assert all(file.stat().st_size > 1000 for file in files)

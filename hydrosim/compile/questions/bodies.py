@@ -91,8 +91,11 @@ def ask_about_inertia(about: query.SceneContext) -> Iterator[query.Query]:
 
 
 def _ask_about_densities(about: query.SceneContext) -> Iterator[query.Query]:
-    """Ask about dry bodies that are lighter than air, by the box of their radii of gyration."""
+    """Ask about dry bodies that turn and are lighter than air, by the box of their radii of
+    gyration."""
     for body in about.scene.bodies:
+        if not any(dof in body.dofs for dof in DOFS[3:]):
+            continue
         squares = 3.0 * np.linalg.eigvalsh(body.inertia) / body.mass
         half = np.sqrt(np.maximum(squares.sum() / 2.0 - squares, 0.0))
         density = body.mass / (8.0 * np.prod(half)) if np.all(half > 0.0) else np.inf

@@ -14,7 +14,7 @@ from hydrosim.elements.link.kind import LINK_KIND, SPRING_KIND, link_kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.contacts import Contact, NormalCurve, PrescribedNormal
 from hydrosim.scene.joint import MotionKind
-from hydrosim.scene.links import Spring, Strut
+from hydrosim.scene.links import Spring, Stop, Strut
 from hydrosim.scene.plane import Plane
 from hydrosim.scene.scene import arrangement, joined_with, tree_joints
 
@@ -103,9 +103,10 @@ def ask_about_speed(about: SceneContext) -> Iterator[Query]:
 
 
 def ask_about_overlap(about: SceneContext) -> Iterator[Query]:
-    """Ask about fender points deep behind their planes, and joints far beyond their stops, at the
-    start."""
+    """Ask about fender points deep behind their planes, and joints and elements far beyond their
+    stops, at the start."""
     yield from _ask_about_pressed_stops(about)
+    yield from _ask_about_stop_elements(about)
     for name, fender, deep in _fender_starts(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > MAX_START_COMPRESSION_M:
@@ -116,6 +117,27 @@ def ask_about_overlap(about: SceneContext) -> Iterator[Query]:
             usual = f"usual is a gap, or a compression of up to {MAX_START_COMPRESSION_M:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
             yield Query(f"forces.{name}", found_text, usual, advice)
+
+
+def _ask_about_stop_elements(about: SceneContext) -> Iterator[Query]:
+    p = LINK_KIND.constants_in(about.model)
+    for i, (name, stop) in enumerate(elements_of(about.scene, LINK_KIND.classes)):
+        if not isinstance(stop, Stop):
+            continue
+        place = link_kinematics(p, i, about.state.y, about.motion, about.model.bodies).place
+        beyond = max(stop.low - place, place - stop.high)
+        limit = min(MAX_STOP_OVERRUN_FRACTION * (stop.high - stop.low), MAX_START_COMPRESSION_M)
+        if beyond > limit:
+            key, end = ("lowest", stop.low) if place < stop.low else ("highest", stop.high)
+            unit = "rad" if stop.turns(about.scene.joints) else "m"
+            yield Query(
+                f"forces.{name}.{key}",
+                f"{end:g} {unit}, while it is at {place:.4g} {unit} at the start and presses with"
+                f" {stop.stiffness * beyond:.3g} N{' m' * (unit == 'rad')}",
+                "a stop is usually free at the start",
+                "Distances count from 0, where the ends meet; points of a body from its centre of"
+                " gravity.",
+            )
 
 
 def _ask_about_pressed_stops(about: SceneContext) -> Iterator[Query]:

@@ -32,7 +32,7 @@ from hydrosim.report.charts.panels import (
     merge_equal_lines,
     picture,
 )
-from hydrosim.results.channels import channel_names, match_channels
+from hydrosim.results.channels import TENSIONS, channel_names, match_channels
 from hydrosim.results.phases import CONTACT_WEIGHT
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def tensions(run: xr.Dataset) -> list[Chart]:
     """The tension of each line, all over one range, loads of struts and torsion springs, absorbed
     powers, and the utilisation of capacities."""
     loads: list[Chart] = []
-    for name in run_charts.TENSIONS:
+    for name in TENSIONS:
         charts = run_charts.charts_named(run, [name])
         lines = (line for chart in charts for line in run_charts.chart_each_line(chart))
         loads += sorted(lines, key=lambda line: line.order.index(line.subject))
