@@ -207,6 +207,11 @@ def simulate(
     A case is also written to the file ``output``, as by `hydrosim run`: True stands for the name of
     the case, and ``resume`` continues a run that was killed.
     """
+    if isinstance(progress, Mapping):
+        raise InputError(
+            "progress: found a mapping; expected a function. To change values of a case, give"
+            " hs.load_case(path, {key: value})."
+        )
     if output in (None, False):
         return as_xarray(simulate_data(case, progress, kept, forces))
     if isinstance(case, Compiled | Scene):

@@ -320,5 +320,5 @@ def write_report(
     else:
         document = (replay_of if replay else report_of)(path)
     size = written_page(document, page)
-    line = f"{what}    {page.path}, {size / 1e6:.1f} MB"
+    line = f"{what}    {page.path}, {max(size / 1e6, 0.1):.1f} MB"
     return printed.PrintedResult(Document("", []), files=(page.path,), lines=(line,))

@@ -25,7 +25,7 @@ import xarray as xr
 from hydrosim.compile.waves import add_waves
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import ENDING_SIGNALS
-from hydrosim.files.yaml_nodes import source_context
+from hydrosim.files.yaml_nodes import source_context, with_hint
 from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.dataset import KIND, new_dataset
 from hydrosim.results.ledger import COMPANION, CONTACT_FORCE, EVALUATIONS, PARTED, RELATIVE
@@ -85,9 +85,9 @@ def reduce_run(
         series_names = ", ".join(
             str(name) for name, variable in run.items() if "time" in variable.dims
         )
-        raise InputError(
-            f"variables: found {', '.join(unknown)}; expected some of: {series_names}."
-        )
+        meant = next((name.partition(".")[0] for name in unknown if "." in name), "")
+        text = f"variables: found {', '.join(unknown)}; expected some of: {series_names}"
+        raise InputError(with_hint(text, f'did you mean "{meant}"?' if meant in run else ""))
     statistics, coords, attributes = columns(
         run, start, None, _chosen_channels(run, channels, lenient)
     )

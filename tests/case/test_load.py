@@ -91,6 +91,7 @@ def test_bytes_of_windows_and_its_editors(load: Load) -> None:
         ("", "case.yaml:1: found no keys"),
         ("# nothing\n", "case.yaml:1: found no keys"),
         ("- a\n- b\n", "case.yaml:1: found no keys"),
+        ("VesselTypes:\n  - Name: Ship\n", "case.yaml: found data of OrcaFlex; expected a case"),
         ("title: [a\nb: c", 'case.yaml:1: not valid YAML: found a bracket "["'),
         ("title: a\n\tb: c", "case.yaml:2: not valid YAML"),
         ("title: a: b", "case.yaml:1: not valid YAML"),

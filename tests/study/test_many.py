@@ -234,6 +234,10 @@ def test_what_cannot_be_kept_is_refused(tmp_path: Path) -> None:
         hs.simulate_many(seeds(1), start=60.0)
     with pytest.raises(hs.InputError, match=r"found surge; expected some of: position, velocity"):
         hs.simulate_many(seeds(1, 2), tmp_path / "runs.nc", variables=["surge"])
+    with pytest.raises(hs.InputError, match=r'energy_residual; did you mean "position"\?'):
+        hs.simulate_many(seeds(1), variables=["position.barge.surge"])
+    with pytest.raises(hs.InputError, match=r"give hs\.load_case\(path, {key: value}\)"):
+        hs.simulate(seeds(1)[0], {"duration": 100.0})  # type: ignore[arg-type]
     assert not (tmp_path / "runs.nc").exists()
 
 

@@ -19,7 +19,11 @@ from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import FORCE_DIMS
-from hydrosim.statistics.statistics import EXTREME_SIDES, statistics
+from hydrosim.statistics.statistics import (
+    CHANNEL_VARIABLES,
+    EXTREME_SIDES,
+    statistics,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,7 +211,8 @@ def statistics_nodes(
 
 def figures(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Moments of each channel that varies, its extremes, and why there are none."""
-    channels = list(channels_of(statistics))
+    every_channel = list(channels_of(statistics))
+    channels = list(_channels_once(every_channel))
     yield from _mean_verdicts(statistics, channels)
     moments = [_moment_cells(statistics, channel) for channel in channels]
     yield document_nodes.Table(("channel", *MOMENTS), moments)
@@ -230,7 +235,16 @@ def figures(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
         yield document_nodes.List(without, "No extremes:")
         if any(SEEDS_HINT in item.text for item in without):
             yield document_nodes.Sentence(STATISTICS_METHOD_NOTE)
-    yield from _describe_phases(statistics, channels)
+    yield from _describe_phases(statistics, every_channel)
+
+
+def _channels_once(channels: Sequence[StatisticsChannel]) -> Iterator[StatisticsChannel]:
+    """The channels without those that were also asked for by name."""
+    requested = {channel.title for channel in channels if channel.kind not in CHANNEL_VARIABLES}
+    for channel in channels:
+        variable = CHANNEL_VARIABLES.get(channel.kind, (channel.kind,))[0]
+        if ".".join((variable, *channel.at.values())) not in requested:
+            yield channel
 
 
 def contact_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
