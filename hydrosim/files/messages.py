@@ -124,8 +124,6 @@ SYNONYMS = {
 KEY_REMEDIES = {
     ("height", "amplitude"): "give the amplitude, which is half of the height",
     ("wave_height", "amplitude"): "give the amplitude, which is half of the height",
-    ("mu", "static"): "give both coefficients, static and kinetic; they may be equal",
-    ("coefficient", "static"): "give both coefficients, static and kinetic; they may be equal",
     ("end_stops", ""): "an end stop is an element of its own, beside this one: type: stop",
     ("end_stop", ""): "an end stop is an element of its own, beside this one: type: stop",
     ("stops", ""): "an end stop is an element of its own, beside this one: type: stop",
