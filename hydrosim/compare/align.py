@@ -27,6 +27,7 @@ number) are among them. The unit fits. If two channels or two columns remain, no
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -49,7 +50,7 @@ from hydrosim.files.recordings import RecordedColumn, Recording, is_time
 from hydrosim.files.series import select
 from hydrosim.files.text import Source, name_and_unit, readable_unit, require_finite, require_rising
 from hydrosim.files.units import AnyQuantity, Scale, factor, problem, value_text
-from hydrosim.files.yaml_nodes import locate_value, place_text
+from hydrosim.files.yaml_nodes import compose_nodes, locate_value, place_text
 from hydrosim.results.channels import Channel
 
 if TYPE_CHECKING:
@@ -112,15 +113,19 @@ class MappingFile(SchemaModel):
     ]
 
 
-def read_mapping(path: Path | str) -> MappingFile:
-    """Read the mapping in the YAML file ``path``. Raises InputError with a line for each problem:
+def read_mapping(mapping: Path | str | Mapping[str, Any]) -> MappingFile:
+    """Read a mapping: a YAML file, or its keys. Raises InputError with a line for each problem:
     file and line, key, value found, value expected."""
-    _, document = read_case(Path(path))
-    mapping = validate_document(document, MappingFile)
-    for name, place in mapping.channels.items():
+    if isinstance(mapping, Mapping):
+        document = compose_nodes(json.dumps(mapping), "mapping")
+        assert document is not None
+    else:
+        _, document = read_case(Path(mapping))
+    read = validate_document(document, MappingFile)
+    for name, place in read.channels.items():
         key, mark = locate_value(document, ("channels", name))
         place._written = f"{place_text(mark)}: {key}"
-    return mapping
+    return read
 
 
 OUR_WORDS = {  # words of other programs, and our word for each

@@ -343,8 +343,8 @@ def _heading_warnings(seas: Seas, body: scenes.Body, db: HydroDatabase) -> Itera
 
 
 def _describe_trains(scene: scenes.Scene, wet: Mapping[str, HydroDatabase]) -> Iterator[str]:
-    """Height, period and directions of each wave train, and the largest share of its energy for
-    which a database has no loads."""
+    """Height, period and directions of each wave train, the largest share of its energy for which
+    a database has no loads, and whether it loads a body at all."""
     water = scene.environment
     loaded = [body.name for body in scene.bodies if body.dofs and body.wave_forces.first_order]
     bands = {name: wet[name].frequency[[0, -1]] for name in loaded if name in wet}
@@ -358,6 +358,9 @@ def _describe_trains(scene: scenes.Scene, wet: Mapping[str, HydroDatabase]) -> I
             name = max(outside_share, key=lambda body: outside_share[body])
             share = outside_share[name]
             text += f"; {share:.2%} of its energy outside the frequencies of {name}"
+        afloat = [body for body in scene.bodies if body.dofs and body.name in wet]
+        if not any(body.wave_forces.has_loads for body in afloat):
+            text += "; it loads no body"
         yield text
 
 

@@ -71,6 +71,13 @@ class BodyState:
     reference: np.ndarray
     exact: bool = True
 
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(
+            f"the state of a body has no {name!r}; it has position and velocity, each of"
+            f" {len(DOFS)} numbers: {', '.join(DOFS)}; place(point), velocity_of(point) and"
+            " wrench(force, point)"
+        )
+
     def place(self, point: ArrayLike = ORIGIN) -> np.ndarray:
         """Place (3,) [m] in the earth frame of a ``point`` (3,) [m] of the body frame, from the
         centre of gravity."""
@@ -95,6 +102,13 @@ class BodyState:
         return np.asarray(self.rotation @ arm) if self.exact else arm
 
 
+class BodyStates(dict[str, BodyState]):
+    """The state of each body by name."""
+
+    def __missing__(self, name: str) -> BodyState:
+        raise KeyError(f"no body {name!r}; expected one of {', '.join(self)}")
+
+
 def read_only(values: np.ndarray) -> np.ndarray:
     """A copy of an array that cannot be changed."""
     copied = np.array(values, float)
@@ -109,16 +123,16 @@ def body_states(
     velocity: np.ndarray,
     rotation: np.ndarray,
     exact: bool,
-) -> Mapping[str, BodyState]:
+) -> BodyStates:
     """The state of each body by name. ``coordinates`` and ``velocity`` (6 nb,), ``rotation``
     (9 nb,) are copied; ``references`` (3,) are not."""
     place = coordinates.reshape(-1, 6).copy()
     speed = velocity.reshape(-1, 6).copy()
     turn = rotation.reshape(-1, 3, 3).copy()
-    return {
-        name: BodyState(name, place[b], speed[b], turn[b], references[b], exact)
+    return BodyStates(
+        (name, BodyState(name, place[b], speed[b], turn[b], references[b], exact))
         for b, name in enumerate(names)
-    }
+    )
 
 
 # Call of a function of the user from kernels, with checks of what it returns.

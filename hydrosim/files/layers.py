@@ -23,8 +23,8 @@ from hydrosim.files.units import value_text
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """Writes the same text either way; that of libyaml takes a quarter of the time."""
 EXTENDS = "extends"
-ORCAFLEX_KEYS = {"General", "VesselTypes", "LineTypes"}
 MAX_WHOLE_FLOAT = 2.0**53  # up to which every whole number is a float
+ORCAFLEX_KEYS = {"General", "VesselTypes", "LineTypes"}
 MAX_SETTING_LETTERS = 200  # characters of a setting in a message
 MAP = "tag:yaml.org,2002:map"
 TEXT = "tag:yaml.org,2002:str"

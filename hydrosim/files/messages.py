@@ -124,8 +124,6 @@ SYNONYMS = {
 KEY_REMEDIES = {
     ("height", "amplitude"): "give the amplitude, which is half of the height",
     ("wave_height", "amplitude"): "give the amplitude, which is half of the height",
-    ("mu", "static"): 'did you mean "static"? give kinetic too; both may be equal',
-    ("coefficient", "static"): 'did you mean "static"? give kinetic too; both may be equal',
     ("end_stops", ""): "an end stop is an element of its own, beside this one: type: stop",
     ("end_stop", ""): "an end stop is an element of its own, beside this one: type: stop",
     ("stops", ""): "an end stop is an element of its own, beside this one: type: stop",

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -27,6 +27,9 @@ from hydrosim.files import text as texts
 from hydrosim.files.outputs import Output, as_output
 from hydrosim.files.series import columns_of, select
 from hydrosim.files.units import value_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # `Recording`: columns of a file, by name or number, with their units if the file has them.
 
@@ -282,6 +285,18 @@ def read_recording(path: Path | str) -> Recording:
     return next((read for mark, read in READERS.items() if head.startswith(mark)), read_text)(
         source
     )
+
+
+def recording_of_frame(frame: pd.DataFrame) -> Recording:
+    """Recording from a frame of pandas, whose columns may name units: "Heave [mm]". Where no column
+    is the time, it is the index [s]."""
+    has_time = any(is_time(str(name)) for name in frame)
+    table = frame if has_time else frame.rename_axis("time").reset_index()
+    columns = [
+        RecordedColumn(str(name), texts.name_and_unit(str(name))[1], table[name].to_numpy(float))
+        for name in table
+    ]
+    return Recording(texts.Source(Path("frame")), "a frame of pandas", columns)
 
 
 EXACT = 17  # significant digits that distinguish any two float64

@@ -195,7 +195,7 @@ class RunAccessor:
 
         return explain(self._result(), direction=direction, **options)
 
-    def compare(self, recorded: str | Path, **options: Any) -> PrintedResult:
+    def compare(self, recorded: str | Path | pd.DataFrame, **options: Any) -> PrintedResult:
         """Comparison with a recording, with the options of `hydrosim.interface.compare.compare`."""
         from hydrosim.interface.compare import compare
 

@@ -20,6 +20,7 @@ from hydrosim.results.runs_file import is_of_runs, open_runs
 from hydrosim.simulation import open_run
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from hydrosim.compare.export import ExportTable
@@ -31,9 +32,9 @@ BANDS = "0.1,2.5"
 
 def compare(
     run: xr.Dataset | str | Path,
-    recorded: str | Path,
+    recorded: str | Path | pd.DataFrame,
     *,
-    mapping: str | Path | None = None,
+    mapping: str | Path | Mapping[str, Any] | None = None,
     tolerance: float | Mapping[str, float] | None = None,
     shift: bool = False,
     channels: arguments.Names | None = None,
@@ -45,9 +46,12 @@ def compare(
     output: arguments.Target = None,
     overwrite: bool = False,
 ) -> PrintedResult:
-    """Compare a run, or the run in a file, with a recording, channel by channel.
+    """Compare a run, or the run in a file, with a recording, channel by channel. The recording is a
+    file or a frame of pandas, which may name units ("Heave [mm]"), and whose index is the time [s]
+    if no column is.
 
-    ``mapping`` is a file that assigns columns to channels. ``tolerance`` limits the rms of the
+    ``mapping`` assigns columns to channels: a file, or its keys, such as ``{"channels":
+    {"position.buoy.heave": {"column": "z", "unit": "mm"}}}``. ``tolerance`` limits the rms of the
     difference over the standard deviation, of all channels or by pattern; the tolerance of a
     constant channel is absolute. ``shift`` first estimates a shift in time. ``channels`` are
     patterns. The comparison covers the times from ``start`` to ``end``. ``bands`` are the lowest
@@ -58,7 +62,9 @@ def compare(
     ``dataset`` has both series and their difference, ``failed`` says whether a tolerance is
     exceeded or results differ. With ``output``, files are written as by `hydrosim compare`.
     """
-    of, run, recorded = run, source_of(run), Path(recorded)
+    of, run = run, source_of(run)
+    frame = None if isinstance(recorded, str | Path) else recorded
+    recorded = Path("frame") if not isinstance(recorded, str | Path) else Path(recorded)
     settings = {
         "mapping": mapping,
         "tolerance": tolerance,
@@ -76,14 +82,15 @@ def compare(
         raise InputError(
             "ignore: found no `exact`; expected both. `ignore` names variables that `exact` skips."
         )
-    inputs = [path for path in (recorded, mapping and Path(mapping)) if path]
+    inputs = [Path(path) for path in (recorded, mapping) if isinstance(path, str | Path)]
     runs = _many_runs(of)
     if runs is not None:
         _refuse(settings, f"{run}, a file of many runs")
     else:
         if isinstance(of, str | Path):
             arguments.require_file(run, "the result of a run (RUN.nc)")
-        arguments.require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
+        if frame is None:
+            arguments.require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
     result = arguments.output_for(
         output, f"{run.stem}_compare", "comparison", run, inputs=inputs, overwrite=overwrite
     )
@@ -93,7 +100,7 @@ def compare(
     from hydrosim.compare import read_mapping
     from hydrosim.compare.comparison import exceeded_tolerances, tolerances_by_channel
     from hydrosim.compare.dataset import to_dataset
-    from hydrosim.files.recordings import read_recording
+    from hydrosim.files.recordings import read_recording, recording_of_frame
     from hydrosim.report.charts.explain import draw_comparison
     from hydrosim.report.sentences.comparison import comparison_tables
 
@@ -103,8 +110,8 @@ def compare(
     dataset_of_run = open_run(run) if isinstance(of, str | Path) else of
     comparison = comparison_of(
         dataset_of_run,
-        read_recording(recorded),
-        None if mapping is None else read_mapping(Path(mapping)),
+        read_recording(recorded) if frame is None else recording_of_frame(frame),
+        None if mapping is None else read_mapping(mapping),
         shift=shift,
         between=between,
         edges=_band_edges(bands),

@@ -115,12 +115,12 @@ def channel_names(run: xr.Dataset) -> list[str]:
 
 
 def channel_series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
-    """Values (nt,) and unit of the channel ``name`` of a run. Raises InputError that lists the
-    channels if the run has no such channel."""
+    """Values (nt,) and unit of the channel ``name`` of a run, or of the numbers of a mode. Raises
+    InputError that lists the channels if the run has no such channel."""
     kind, _, of = name.partition(".")
     if kind in CHANNEL_KINDS and of in CHANNEL_KINDS[kind].names(run):
         return CHANNEL_KINDS[kind].values(run, of), CHANNEL_KINDS[kind].unit
-    if name in columns_of(run):
+    if name in columns_of(run) or name in columns_of(run, modes=True):
         return select(RUN, run, name)
     raise InputError(unknown_channel_message(run, name))
 

@@ -46,7 +46,7 @@ from hydrosim.compile.automatic import MIN_TOLERANCE
 from hydrosim.compile.compile import compile_calm
 from hydrosim.compile.waves import add_waves, wave_load_error
 from hydrosim.dofs import DOFS
-from hydrosim.elements import modes_of_kind
+from hydrosim.elements import externals_of, modes_of_kind
 from hydrosim.elements.contact.fender import NORMAL_FORCE
 from hydrosim.elements.contact.kind import CONTACT_KIND as CONTACTS
 from hydrosim.elements.contact.law import OPEN
@@ -455,7 +455,18 @@ def error_warnings(
         f" by more than {limit:g} from {errors.time[beyond[0]]:.4g} s on;"
         f" {beside} gives a different motion."
     )
-    yield f"{found_text} {error_remedy(compiled, errors, parted)}"
+    yield f"{found_text} {error_remedy(compiled, errors, parted)}{_advice_on_functions(scene)}"
+
+
+def _advice_on_functions(scene: Scene) -> str:
+    """What to look for in functions of Python that are called at every stage, if there are some."""
+    names = [name for name, of in externals_of(scene.forces).items() if not of.delayed]
+    if not names:
+        return ""
+    return (
+        f" The function of {', '.join(names)} is called at every stage, also of trial steps: if it"
+        " remembers, such as when a latch closed, choose UserForce(..., coupling='held')."
+    )
 
 
 def error_remedy(compiled: Compiled, errors: Distances, parted: float) -> str:

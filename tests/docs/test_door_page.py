@@ -17,7 +17,7 @@ SHORT = 15.0  # s, of the 1200 s of the case
 def programs() -> list[str]:
     page = (ROOT / "docs" / "door.md").read_text()
     found = re.findall(r"^```python\n(.*?)^```$", page, re.M | re.S)
-    assert len(found) == 4
+    assert len(found) == 7
     return [program for program in found if "lines.txt" not in program]
 
 
@@ -25,13 +25,21 @@ def test_the_programs_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.chdir(tmp_path)
     load = hs.load_case
     short = replace(load(ROOT / "cases/reverse_float_over/base.yaml").scene(), duration=SHORT)
-    monkeypatch.setattr(hs, "load_case", lambda path: short, raising=False)
+    monkeypatch.setattr(
+        hs,
+        "load_case",
+        lambda path, settings=None: load(ROOT / path, settings) if settings else short,
+        raising=False,
+    )
     names: dict[str, object] = {}
     results = []
     for program in programs():
         exec(program, names)
         results.append(names["run"])
-    braked, wound, stepped = results
+    braked, wound, latched, _, rubbed, stepped = results
     assert np.abs(braked.force_brake.sel(body="barge", dof="surge")).max() > 0.0
     assert wound.external_calls[-1] == wound.solver_steps + 1
+    assert latched.external_calls[-1] == latched.solver_steps + 1
+    assert names["events"][0] == pytest.approx(100.0 / 12.0, abs=1e-9)  # push = mu N
+    assert rubbed.energy_work_friction[-1] < 0.0
     assert differences(stepped, hs.simulate(short)) == []

@@ -22,9 +22,11 @@ import numpy as np
 from hydrosim import scene
 from hydrosim.compile.questions import query
 from hydrosim.dofs import DOFS
+from hydrosim.elements import signals_of
 from hydrosim.errors import InputError
 from hydrosim.linear import modes
 from hydrosim.linear.linearise import linearise, without_waves
+from hydrosim.scene.signal import Harmonic
 from hydrosim.tanks.contents import changing_tanks, level_of, tank_names, unforeseen_tanks
 from hydrosim.tanks.shapes import height, volume_at
 from hydrosim.tanks.timeline import integrate_tanks
@@ -183,6 +185,13 @@ def ask_about_step(about: query.SceneContext) -> Iterator[query.Query]:
         if about.scene.output_step > period / 2.0:
             usual = f"usual is far below the waves' period, {period:.3g} s"
             advice = "Records and their statistics miss the motion in waves."
+            yield query.Query("output.step", f"{about.scene.output_step:g} s", usual, advice)
+    for key, signal in signals_of(about.scene.forces):
+        if not isinstance(signal, Harmonic) or signal.amplitude == 0.0:
+            continue
+        if about.scene.output_step >= signal.period / 2.0:
+            usual = f"usual is far below the period of {key}, {signal.period:.3g} s"
+            advice = "Records, and all that is told of them, miss that motion."
             yield query.Query("output.step", f"{about.scene.output_step:g} s", usual, advice)
     for sea in () if free else about.sea:
         period = query.peak_period(sea)

@@ -19,7 +19,11 @@ from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import FORCE_DIMS
-from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, statistics
+from hydrosim.statistics.statistics import (
+    CHANNEL_VARIABLES,
+    EXTREME_SIDES,
+    statistics,
+)
 
 if TYPE_CHECKING:
     import xarray as xr

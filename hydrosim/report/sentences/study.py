@@ -290,6 +290,11 @@ def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     if DESIGN not in runs.attrs:
         text = "The file does not say its plan: it comes from simulate_many or an earlier version."
         yield document_nodes.Sentence(text)
+        text = (
+            "In Python, runs.hydrosim.to_dataframe() has a row for each run, and"
+            " runs.hydrosim.extremes_over_seeds() most probable extremes."
+        )
+        yield document_nodes.Sentence(text)
         return
     plans = effects.plans(runs)
     yield from results_table(plans)
