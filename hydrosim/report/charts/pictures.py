@@ -278,7 +278,8 @@ def _charts_by_name(run: xr.Dataset, name: str) -> tuple[str, list[Chart]]:
     charts = PICTURES[suffixes[name]](run) if name in suffixes else []
     if not charts:
         there = [name for name, suffix in suffixes.items() if PICTURES[suffix](run)]
-        raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
+        hint = f" Channels are drawn by plot.channels({name!r})." if "." in name else ""
+        raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.{hint}")
     return suffixes[name], charts
 
 
