@@ -451,7 +451,7 @@ class Body(BodyKeys):
     """
 
     positional: ClassVar[tuple[str, ...]] = (
-        *("name", "mass", "inertia", "hydrodynamics", "centre_of_gravity"),
+        *("name", "mass", "inertia", "hydrodynamics", "centre_of_gravity", "location", "heading"),
     )
 
     name: StrictStr = field(kw_only=True)

@@ -232,7 +232,9 @@ class WaveTrain(SpreadWaves):
     """Waves of one spectrum and one mean direction. `GivenComponents` and `DirectionalTable` have
     headings of their own."""
 
-    positional: ClassVar[tuple[str, ...]] = ("spectrum", "heading", "seed", "ramp", "repeat_period")
+    positional: ClassVar[tuple[str, ...]] = (
+        *("spectrum", "heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading"),
+    )
 
     spectrum: SkipValidation[Spectrum] = field(kw_only=True)
 

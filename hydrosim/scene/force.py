@@ -412,8 +412,10 @@ class BreakingElement(ForceElement):
         limit = self.breaks_at
         parted = limit if isinstance(limit, Break) else Break(tension=limit)
         channel = f"{self.tension_channel}.{where.key.removeprefix('forces.')}"
-        at_tension = When(channel=channel, above=parted.tension) if parted.time is None else None
-        until = at_tension or When(parted.time or 0.0)
+        if parted.time is None:
+            until = When(channel=channel, above=parted.tension)
+        else:
+            until = When(parted.time)
         active = replace(built.active, until=until) if built.active else Active(until=until)
         return replace(built, active=active)
 
