@@ -52,6 +52,7 @@ SYNONYMS = {
     "length": "l lpp loa unstretched_length l0 pretension",
     "capacity": "mbl wll swl breaking_load minimum_breaking_load",
     "compression": "deflection",
+    "drag": "cd drag_coefficient",
     "force": "reaction",
     "beam": "breadth width b",
     "database_body": "body body_number number index",
@@ -304,11 +305,14 @@ def _unknown_key_problem(
 
 
 def _nested_keys(key: str, fields: Mapping[str, FieldInfo]) -> Iterator[str]:
-    """Dotted keys of the mappings in ``fields`` that have this key, such as segments.drag."""
+    """Dotted keys of the mappings in ``fields`` that have this key, such as segments.drag, or one
+    that it is another word for."""
     for name, field in fields.items():
         readers = [*_readers_in(field.annotation), *_readers_in(field.metadata)]
-        if any(key in _fields_of_reader(reader) for reader in readers):
-            yield f"{name}.{key}"
+        inside = dict.fromkeys(inner for reader in readers for inner in _fields_of_reader(reader))
+        for inner in [key] if key in inside else inside:
+            if inner == key or _plain_word(key) in SYNONYMS.get(inner, "").split():
+                yield f"{name}.{inner}"
 
 
 def _readers_in(annotation: Any) -> Iterator[Reader]:
