@@ -1,10 +1,12 @@
 """What `import hydrosim as hs` shows of itself."""
 
+import importlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 from command_line import printed
 
 import hydrosim as hs
@@ -34,6 +36,25 @@ def test_names_are_listed_and_there() -> None:
 def test_names_of_the_last_version_work() -> None:
     assert getattr(hs, "Figure") is hs.ScalarResult  # noqa: B009
     assert getattr(hs, "WhyResult") is hs.MotionCauseResult  # noqa: B009
+
+
+@pytest.mark.parametrize(
+    ("guess", "words"),
+    [
+        (lambda: hs.load("run.nc"), "hs.open_run('run.nc') reads a run"),
+        (lambda: hs.run("case.yaml"), "hs.simulate(case) runs a case"),
+        (lambda: hs.report("run.nc"), "a run has it: run.hydrosim"),
+        (lambda: hs.study({"case": "case.yaml"}), "hs.simulate_many(cases)"),  # type: ignore[arg-type]
+        (lambda: hs.load_case(CASE).forces, "case.data.forces, and hs.load_case(path, {key: value"),
+        (lambda: xr.Dataset().hydrosim.why("surge"), "has no 'why'; it has case, channel, "),
+    ],
+)
+def test_names_of_other_programs_are_told(guess: Callable[[], object], words: str) -> None:
+    importlib.import_module("hydrosim.run")
+    importlib.import_module("hydrosim.report")
+    with pytest.raises((AttributeError, TypeError, InputError)) as refused:
+        guess()
+    assert words in str(refused.value)
 
 
 def test_a_case_is_loaded_without_compilers_and_libraries_of_files() -> None:

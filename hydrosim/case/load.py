@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 from math import hypot, log, pi, sqrt
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from yaml.nodes import Node
@@ -169,6 +169,14 @@ class Case:
     data: CaseFile
     units: Mapping[str, str] = field(default_factory=dict)
     places: Places = field(default_factory=dict, repr=False, compare=False)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> None:
+            raise AttributeError(
+                f"a case has no {name!r}; its values are in case.data, as case.data.forces, and"
+                " hs.load_case(path, {key: value}) changes them"
+            )
 
     def scene(self) -> Scene:
         """The scene to simulate; databases are files in it, not yet read."""

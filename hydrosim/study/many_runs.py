@@ -46,6 +46,7 @@ from hydrosim.statistics import effects
 from hydrosim.statistics.statistics import CHANNEL_VARIABLES
 from hydrosim.study import executors
 from hydrosim.study.run_layout import (
+    NAMES_OF_LAYOUT,
     RunLayout,
     merge_layouts,
     names_layout,
@@ -260,12 +261,12 @@ def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Seque
 
 
 def _check_names(scene: Scene, figures: Iterable[RequestedStatistic]) -> None:
-    """Raises InputError where a figure has the name of a coordinate or statistic of the runs."""
+    """Raises InputError where a figure has the name of a dimension or statistic of the runs."""
     layout = names_layout(scene)
     if layout is not None:
-        dims = {"body", "dof", *layout.dims}
+        dims = {*map(str, layout.dims)} - NAMES_OF_LAYOUT
         statistics = [name for name, (_, of, _) in CHANNEL_VARIABLES.items() if dims.issuperset(of)]
-        executors.check_figure_names([*figures], {*layout.coords, *statistics})
+        executors.check_figure_names([*figures], {*dims, *statistics})
 
 
 def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
