@@ -1,5 +1,7 @@
 """What `import hydrosim as hs` shows of itself."""
 
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 
 import pytest
@@ -72,3 +74,19 @@ def loaded_after(program: str, wanted: set[str] = SLOW) -> set[str]:
     told = f"import sys; print(*set(sys.modules) & {wanted})"
     text = f"{program.format(case=str(CASE))}\n{told}"
     return set(printed(text).split("\n")[-2].split())
+
+
+def test_functions_show_their_signatures() -> None:
+    """Also those that are folders of the package."""
+    assert callable(import_module("hydrosim.study"))
+    assert "workers" in signature(hs.study).parameters
+    assert str(hs.compare.__doc__).startswith("Compare a run")
+
+
+def test_examples_are_written_from_python(tmp_path: Path) -> None:
+    cases = hs.new(tmp_path, example="friction_block")
+    assert tmp_path / "cases" / "friction_block" / "exact.yaml" in cases
+    with pytest.raises(hs.InputError, match="expected one of chain"):
+        hs.new(example="list")
+    with pytest.raises(hs.InputError, match="beam, draught: found none; expected a file name"):
+        hs.new(tmp_path / "own.yaml", length=100)
