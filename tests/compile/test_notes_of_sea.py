@@ -1,6 +1,7 @@
 """What is said of a scene before it runs."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
