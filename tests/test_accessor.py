@@ -275,6 +275,7 @@ def test_results_are_frames_of_pandas(case: hs.Case) -> None:
         cases, labels=labels, figures=figures, channels="speed.*", start="0.5 s"
     )
     table = runs.hydrosim.to_dataframe(statistics="mean,largest")
+    assert {table.attrs["units"][name] for name in ("way", "position.block.surge mean")} == {"m"}
     assert table[["name", "speed"]].equals(labels.rename_axis("run"))
     assert table.way.tolist() == pytest.approx([9.5, 19.0])
     assert table["position.block.surge largest"].tolist() == pytest.approx([10.0, 20.0])
