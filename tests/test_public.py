@@ -2,6 +2,8 @@
 
 import importlib
 from collections.abc import Callable
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -109,3 +111,19 @@ def test_a_scene_in_python_is_analysed_as_its_case(tmp_path: Path) -> None:
     assert hs.analyse(case.scene()).dataset.identical(hs.analyse(case).dataset)
     with pytest.raises(InputError, match="output: found a scene"):
         hs.analyse(case.scene(), output=tmp_path / "modes.nc")
+
+
+def test_functions_show_their_signatures() -> None:
+    """Also those that are folders of the package."""
+    assert callable(import_module("hydrosim.study"))
+    assert "workers" in signature(hs.study).parameters
+    assert str(hs.compare.__doc__).startswith("Compare a run")
+
+
+def test_examples_are_written_from_python(tmp_path: Path) -> None:
+    cases = hs.new(tmp_path, example="friction_block")
+    assert tmp_path / "cases" / "friction_block" / "exact.yaml" in cases
+    with pytest.raises(hs.InputError, match="expected one of chain"):
+        hs.new(example="list")
+    with pytest.raises(hs.InputError, match="beam, draught: found none; expected a file name"):
+        hs.new(tmp_path / "own.yaml", length=100)

@@ -23,7 +23,7 @@ from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -93,9 +93,9 @@ def simulate_many(
     channels: Sequence[str] = (),
     labels: Mapping[str, Sequence[object] | xr.Variable] | pd.DataFrame | None = None,
     figures: Sequence[ScalarResult | StageResult | MotionCauseResult]
-    | Mapping[str, Mapping[str, Any]] = (),
+    | Mapping[str, Mapping[str, object]] = (),
     attributes: Mapping[str, str] | None = None,
-    start: arguments.Amount = 0.0,
+    start: float | str = 0.0,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
