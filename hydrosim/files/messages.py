@@ -49,7 +49,11 @@ SYNONYMS = {
     "radii_of_gyration": "kxx kyy kzz rxx ryy rzz gyradii radius_of_gyration k_xx k_yy k_zz",
     "inertia": "ixx iyy izz i44 i55 i66 moments_of_inertia moment_of_inertia",
     "draught": "draft t",
-    "length": "l lpp loa unstretched_length l0",
+    "length": "l lpp loa unstretched_length l0 pretension",
+    "capacity": "mbl wll swl breaking_load minimum_breaking_load",
+    "compression": "deflection",
+    "drag": "cd drag_coefficient",
+    "force": "reaction",
     "beam": "breadth width b",
     "database_body": "body body_number number index",
     "hydrodynamics": "database hydro bem rao wamit",
@@ -307,11 +311,14 @@ def _unknown_key_problem(
 
 
 def _nested_keys(key: str, fields: Mapping[str, FieldInfo]) -> Iterator[str]:
-    """Dotted keys of the mappings in ``fields`` that have this key, such as segments.drag."""
+    """Dotted keys of the mappings in ``fields`` that have this key, such as segments.drag, or one
+    that it is another word for."""
     for name, field in fields.items():
         readers = [*_readers_in(field.annotation), *_readers_in(field.metadata)]
-        if any(key in _fields_of_reader(reader) for reader in readers):
-            yield f"{name}.{key}"
+        inside = dict.fromkeys(inner for reader in readers for inner in _fields_of_reader(reader))
+        for inner in [key] if key in inside else inside:
+            if inner == key or _plain_word(key) in SYNONYMS.get(inner, "").split():
+                yield f"{name}.{inner}"
 
 
 def _readers_in(annotation: Any) -> Iterator[Reader]:
@@ -454,15 +461,25 @@ def _empty_value_problems(document: Node) -> Iterator[Problem]:
 
 
 def _raise_problems(problems: Sequence[Problem], document: Node) -> None:
-    """Raises one InputError with the first problem of each key; passes if there is none."""
-    lines: dict[str, str] = {}
+    """Raises one InputError with the first problem of each key; passes if there is none. What
+    several mappings take from one anchor is told once."""
+    problem_of_key: dict[str, tuple[str, str]] = {}
     for problem in problems:
         key, mark = locate_value(document, problem.keys)
-        lines.setdefault(
-            key, ": ".join(part for part in (place_text(mark), key, problem.text) if part)
-        )
+        problem_of_key.setdefault(key, (place_text(mark), problem.text))
+    keys_of_line: dict[tuple[str, str, str], list[str]] = {}
+    for key, (place, text) in problem_of_key.items():
+        keys_of_line.setdefault((place, key.rpartition(".")[2], text), []).append(key)
+    lines = [
+        ": ".join(part for part in (place, _keys_text(keys), text) if part)
+        for (place, _, text), keys in keys_of_line.items()
+    ]
     if lines:
-        raise InputError("\n".join(_first_lines([*lines.values()])))
+        raise InputError("\n".join(_first_lines(lines)))
+
+
+def _keys_text(keys: Sequence[str]) -> str:
+    return keys[0] + (f" and {len(keys) - 1} like it" if len(keys) > 1 else "")
 
 
 def _first_lines(lines: list[str]) -> list[str]:

@@ -208,8 +208,11 @@ def describe_floating(compiled: Compiled) -> Iterator[document_nodes.Node]:
         _floating_row(about, body, db, headings[body.name], rotation[body.name])
         for _, body, db in afloat
     ]
+    columns = [k for k in range(len(FLOATING_HEAD)) if any(row[k] != "" for row in rows)]
     if rows:
-        yield document_nodes.Table(FLOATING_HEAD, rows, "Bodies afloat at the start")
+        head = [FLOATING_HEAD[k] for k in columns]
+        cells = [[row[k] for k in columns] for row in rows]
+        yield document_nodes.Table(head, cells, "Bodies afloat at the start")
 
 
 def _floating_row(
