@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrosim.case import load_case
+from hydrosim.case import as_case
 from hydrosim.case.criteria import CRITERIA
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
@@ -26,12 +26,12 @@ from hydrosim.elements import externals_of, function_errors, with_own_functions
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.files.arguments import Target, output_for
 from hydrosim.files.cache import program_version
-from hydrosim.files.outputs import Output
+from hydrosim.files.outputs import Output, read_attribute
 from hydrosim.files.units import factor
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.integrate.record import new_record
 from hydrosim.linear.propagate import propagate
-from hydrosim.results.dataset import RUN_FILE_HINT, read_run, status_of, write_run
+from hydrosim.results.dataset import RUN_FILE_HINT, read_run, write_run
 from hydrosim.results.output import to_dataset
 from hydrosim.results.run_data import as_xarray
 from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
@@ -106,19 +106,16 @@ def outdated_reason(stage: Stage) -> str | None:
     existing result belongs to the present case and program."""
     if not os.path.isfile(stage.file):
         return f"{stage.file} does not exist"
-
-    import xarray as xr  # slow to load, and few cases have stages
-
-    try:
-        with xr.open_dataset(stage.file, engine="netcdf4") as run:
-            made = run.attrs
-    except (OSError, ValueError, RuntimeError):
+    case, program, status = (
+        read_attribute(stage.file, name) for name in ("case", "program", "status")
+    )
+    if not (case or program or status):
         return f"{stage.file} is not the result of a run"
-    if made.get("case") != stage.case.text:
+    if case != stage.case.text:
         return f"{stage.file} was made from a different text of {stage.case.path}"
-    if made.get("program") != f"hydrosim {program_version()}":
-        return f"{stage.file} was made by {made.get('program')}"
-    if made.get("status") != "complete":
+    if program != f"hydrosim {program_version()}":
+        return f"{stage.file} was made by {program}"
+    if status != "complete":
         return f"{stage.file} is the result of an incomplete run"
     return None
 
@@ -210,11 +207,16 @@ def simulate(
     A case is also written to the file ``output``, as by `hydrosim run`: True stands for the name of
     the case, and ``resume`` continues a run that was killed.
     """
+    if isinstance(progress, Mapping):
+        raise InputError(
+            "progress: found a mapping; expected a function. To change values of a case, give"
+            " hs.load_case(path, {key: value})."
+        )
     if output in (None, False):
         return as_xarray(simulate_data(case, progress, kept, forces))
     if isinstance(case, Compiled | Scene):
         raise InputError("output: found a scene; expected a case. Call to_netcdf on its run.")
-    read = load_case(case) if isinstance(case, str | Path) else case
+    read = as_case(case)
     result = run_output(read, output, overwrite)
     checkpoint = kept or Checkpoint(checkpoint_of(result), resume=resume)
     with result.hold_lock():
@@ -248,7 +250,7 @@ def save_run(dataset: xr.Dataset, result: Output) -> Path:
     """Write a run; return its path. A run that did not complete never replaces a complete one. No
     run replaces a file that appeared while it was computed."""
     status = dataset.attrs["status"]
-    is_worse = status != "complete" and status_of(result.path) == "complete"
+    is_worse = status != "complete" and read_attribute(result.path, "status") == "complete"
     place = result.fallback_path() if is_worse else result.resolve_path()
     write_run(dataset, place)
     if status != "interrupted":
@@ -333,7 +335,7 @@ def prepare_scene(case: Case | Scene | str | Path, progress: Progress | None = N
     """Scene of a case or of the case in a file, after the runs that it needs were made."""
     if isinstance(case, Scene):
         return case
-    read = load_case(case) if isinstance(case, str | Path) else case
+    read = as_case(case)
     complete_stages(read, lambda stage, _: simulate(stage, progress))
     return read.scene()
 

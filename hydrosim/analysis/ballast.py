@@ -328,7 +328,7 @@ def _ballast_condition(
 def _tank_state(tank: Tank, volume: float) -> TankState:
     level = quantities_at(pieces(tank.shape, np.zeros(3)), volume)[FLUID_LEVEL]
     whole = capacity(tank.shape)
-    free = tank.surface == FreeSurface.QUASI_STATIC
+    free = tank.free_surface == FreeSurface.QUASI_STATIC
     reach = heel_and_trim(tank.shape, np.array([volume]))[0] if free else np.full(2, np.nan)
     return TankState(tank, float(level), tank.density * volume, volume / whole, reach)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import exp, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,7 +25,7 @@ from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.multibody.kinematics import are_lengths, own_coordinates
 from hydrosim.results.dataset import ResultKind
-from hydrosim.results.variables import describe_coordinates, quantity_attributes
+from hydrosim.results.variables import describe_coordinates, describe_values
 from hydrosim.scene import FreeSurface, Question, Scene
 from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.tanks.shapes import heel_and_trim
@@ -175,7 +175,7 @@ def _free_surface_remarks(scene: Scene, rest: Rest, dataset: xr.Dataset) -> Iter
     p = rest.model.tanks
     volumes = rest.state.y[p.state : p.state + p.each.size]
     for b, tank, volume in contents_at(scene.bodies, volumes):
-        if tank.surface == FreeSurface.QUASI_STATIC and volume > 0.0:
+        if tank.free_surface == FreeSurface.QUASI_STATIC and volume > 0.0:
             reach = heel_and_trim(tank.shape, np.array([volume]))[0]
             for k in np.flatnonzero(angles[b] > reach):
                 yield (
@@ -194,20 +194,20 @@ def _rest_dataset(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     loads[free] = drifted.drift[: free.size]
     return xr.Dataset(
         {
-            "position_at_rest": (
-                MOTION_DIMS,
-                rest.position,
-                _motion_attributes("displacement at rest"),
+            "position_at_rest": describe_values(
+                MOTION_DIMS, rest.position, "displacement at rest", "m or rad"
             ),
-            "mean_drift_offset": (
+            "mean_drift_offset": describe_values(
                 MOTION_DIMS,
                 drifted.position - rest.position,
-                _motion_attributes("offset by the mean second-order loads of the sea"),
+                "offset by the mean second-order loads of the sea",
+                "m or rad",
             ),
-            "drift_load": (
+            "drift_load": describe_values(
                 MOTION_DIMS,
                 loads.reshape(-1, 6),
-                quantity_attributes("mean loads in directions without stiffness", "N or N m"),
+                "mean loads in directions without stiffness",
+                "N or N m",
             ),
         },
         coords=_bodies(scene),
@@ -230,28 +230,24 @@ def _mode_dataset(
     names = [_mode_name(scene, mode) for mode in modes]
     return xr.Dataset(
         {
-            "mode_kind": ("mode", [str(m.kind) for m in modes], {"long_name": "kind of decay"}),
-            "natural_period": (
-                "mode",
-                [m.natural_period for m in modes],
-                quantity_attributes("undamped natural period", "s"),
+            "mode_kind": describe_values("mode", [str(m.kind) for m in modes], "kind of decay"),
+            "natural_period": describe_values(
+                "mode", [m.natural_period for m in modes], "undamped natural period", "s"
             ),
-            "damped_period": (
-                "mode",
-                [m.damped_period for m in modes],
-                quantity_attributes("damped period", "s"),
+            "damped_period": describe_values(
+                "mode", [m.damped_period for m in modes], "damped period", "s"
             ),
-            "damping_ratio": ("mode", damping, quantity_attributes("of critical", "1")),
-            "mode_shape": (dims, shapes.reshape(by_body), _motion_attributes("undamped motion")),
-            "mode_share": (
-                dims,
-                share.reshape(by_body),
-                quantity_attributes("fraction of the kinetic energy", "1"),
+            "damping_ratio": describe_values("mode", damping, "of critical", "1"),
+            "mode_shape": describe_values(
+                dims, shapes.reshape(by_body), "undamped motion", "m or rad"
+            ),
+            "mode_share": describe_values(
+                dims, share.reshape(by_body), "fraction of the kinetic energy", "1"
             ),
         },
         coords={
             **_bodies(scene),
-            "mode": ("mode", names, quantity_attributes("natural mode")),
+            "mode": describe_values("mode", names, "natural mode"),
         },
     )
 
@@ -286,25 +282,17 @@ def _rao_dataset(scene: Scene, about: response.Responder, answer: UnitWaveAmplit
     dims = ("heading", "frequency", *MOTION_DIMS)
     return xr.Dataset(
         {
-            "rao_amplitude": (
-                dims,
-                np.abs(motions),
-                quantity_attributes("motion per wave amplitude", "m/m or rad/m"),
+            "rao_amplitude": describe_values(
+                dims, np.abs(motions), "motion per wave amplitude", "m/m or rad/m"
             ),
-            "rao_phase": (
-                dims,
-                np.angle(motions),
-                quantity_attributes("phase lead over the elevation", "rad"),
+            "rao_phase": describe_values(
+                dims, np.angle(motions), "phase lead over the elevation", "rad"
             ),
         },
         coords={
             **_bodies(scene),
-            "heading": (
-                "heading",
-                headings,
-                quantity_attributes("heading that the waves go to", "rad"),
-            ),
-            "frequency": ("frequency", omega, quantity_attributes("angular frequency", "rad/s")),
+            "heading": describe_values("heading", headings, "heading that the waves go to", "rad"),
+            "frequency": describe_values("frequency", omega, "angular frequency", "rad/s"),
         },
     )
 
@@ -325,25 +313,23 @@ def _joint_dataset(
     shape = (len(modes), about.joints)
     return xr.Dataset(
         {
-            "joint_rao_amplitude": (
-                dims,
-                np.abs(motions),
-                quantity_attributes("motion in a joint per wave amplitude", "m/m or rad/m"),
+            "joint_rao_amplitude": describe_values(
+                dims, np.abs(motions), "motion in a joint per wave amplitude", "m/m or rad/m"
             ),
-            "joint_rao_phase": (
-                dims,
-                np.angle(motions),
-                quantity_attributes("phase lead over the elevation", "rad"),
+            "joint_rao_phase": describe_values(
+                dims, np.angle(motions), "phase lead over the elevation", "rad"
             ),
-            "joint_mode_shape": (
+            "joint_mode_shape": describe_values(
                 mode_dims,
                 np.reshape([mode.shape[-about.joints :] for mode in modes], shape),
-                _motion_attributes("undamped motion in a joint"),
+                "undamped motion in a joint",
+                "m or rad",
             ),
-            "joint_mode_share": (
+            "joint_mode_share": describe_values(
                 mode_dims,
                 np.reshape([mode.share[-about.joints :] for mode in modes], shape),
-                quantity_attributes("fraction of the kinetic energy", "1"),
+                "fraction of the kinetic energy",
+                "1",
             ),
         },
         coords={"joint_motion": joints},
@@ -358,40 +344,24 @@ def _regular_wave_dataset(
         return xr.Dataset()
     motions = np.concatenate([about.motions(wave) for wave in waves]).reshape(len(waves), -1, 6)
     lead = motions / np.array([wave.amplitudes_at(0.0, 0.0)[0] for wave in waves])[:, None, None]
-    dims, first = (
-        ("wave", *MOTION_DIMS),
-        [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves],
-    )
+    dims = ("wave", *MOTION_DIMS)
+    first = [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves]
     omega, amplitude, heading = np.array(first).T
     return xr.Dataset(
         {
-            "regular_amplitude": (
-                dims,
-                np.abs(motions),
-                _motion_attributes("amplitude in a regular wave"),
+            "regular_amplitude": describe_values(
+                dims, np.abs(motions), "amplitude in a regular wave", "m or rad"
             ),
-            "regular_phase": (
-                dims,
-                np.angle(lead),
-                quantity_attributes("phase lead over the elevation", "rad"),
+            "regular_phase": describe_values(
+                dims, np.angle(lead), "phase lead over the elevation", "rad"
             ),
         },
         coords={
             **_bodies(scene),
-            "wave_period": (
-                "wave",
-                2.0 * np.pi / omega,
-                quantity_attributes("period of the wave", "s"),
-            ),
-            "wave_amplitude": (
-                "wave",
-                amplitude,
-                quantity_attributes("amplitude of the wave", "m"),
-            ),
-            "wave_heading": (
-                "wave",
-                heading,
-                quantity_attributes("heading that the wave goes to", "rad"),
+            "wave_period": describe_values("wave", 2.0 * np.pi / omega, "period of the wave", "s"),
+            "wave_amplitude": describe_values("wave", amplitude, "amplitude of the wave", "m"),
+            "wave_heading": describe_values(
+                "wave", heading, "heading that the wave goes to", "rad"
             ),
         },
     )
@@ -421,10 +391,8 @@ def _sea_dataset(
     edges = np.linspace(0.0, omega.max(), SPECTRUM_BINS + 1)
     density = [np.histogram(omega, edges, weights=e)[0] / edges[1] for e in energy.T]
 
-    def motion_variable(
-        values: np.ndarray, what: str, unit: str = "m or rad"
-    ) -> tuple[object, ...]:
-        return (MOTION_DIMS, values.reshape(-1, 6), quantity_attributes(what, unit))
+    def motion_variable(values: np.ndarray, what: str, unit: str = "m or rad") -> Any:
+        return describe_values(MOTION_DIMS, values.reshape(-1, 6), what, unit)
 
     return xr.Dataset(
         {
@@ -433,18 +401,20 @@ def _sea_dataset(
             "response_maximum": motion_variable(
                 np.array(largest), f"most probable maximum in {exposure:g} s"
             ),
-            "response_spectrum": (
+            "response_spectrum": describe_values(
                 ("sea_frequency", *MOTION_DIMS),
                 np.array(density).T.reshape(SPECTRUM_BINS, -1, 6),
-                quantity_attributes("one-sided spectral density", "m^2 s/rad or rad s"),
+                "one-sided spectral density",
+                "m^2 s/rad or rad s",
             ),
         },
         coords={
             **_bodies(scene),
-            "sea_frequency": (
+            "sea_frequency": describe_values(
                 "sea_frequency",
                 0.5 * (edges[1:] + edges[:-1]),
-                quantity_attributes("angular frequency of waves", "rad/s"),
+                "angular frequency of waves",
+                "rad/s",
             ),
         },
     )
@@ -455,10 +425,10 @@ def _gust_dataset(scene: Scene, about: response.Responder) -> xr.Dataset:
     if scene.environment.gusts is None:
         return xr.Dataset()
     std = about.in_gusts().reshape(-1, 6)
-    attributes = quantity_attributes(
-        "standard deviation in gusts, linear about the mean wind", "m or rad"
+    gusts = describe_values(
+        MOTION_DIMS, std, "standard deviation in gusts, linear about the mean wind", "m or rad"
     )
-    return xr.Dataset({"gust_std": (MOTION_DIMS, std, attributes)}, coords=_bodies(scene))
+    return xr.Dataset({"gust_std": gusts}, coords=_bodies(scene))
 
 
 def _line_drag_remarks(compiled: Compiled) -> Iterator[str]:
@@ -496,7 +466,3 @@ def _headings(scene: Scene) -> list[float]:
 
 def _bodies(scene: Scene) -> dict[str, object]:
     return {"body": [body.name for body in scene.bodies], "dof": list(DOFS)}
-
-
-def _motion_attributes(what: str) -> dict[str, str]:
-    return quantity_attributes(what, "m or rad")

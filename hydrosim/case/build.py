@@ -19,10 +19,10 @@ from pydantic import BaseModel
 from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.criteria import as_attributes
-from hydrosim.case.elements import BuildContext
 from hydrosim.case.elements.catenary import Lines, Vessel
 from hydrosim.case.hydrodynamics import build_hydrodynamics, hull_of
 from hydrosim.case.seas import wave_trains
+from hydrosim.case.tanks import SEA_NAME
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import as_attribute
 from hydrosim.files.layers import DUMPER, FILES
@@ -31,6 +31,7 @@ from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import CoordinateValue, Scale
 from hydrosim.scene.body import inertia_matrix
 from hydrosim.scene.damping import ViscousRoll
+from hydrosim.scene.force import BuildContext
 from hydrosim.scene.scene import arrange_joints
 
 if TYPE_CHECKING:
@@ -180,11 +181,9 @@ def _path_in_folder(folder: Path, file: str) -> Path:
 
 def _build_solver(solver: schema.SolverEntry) -> scene.Solver:
     given = solver.tolerance
-    settings = {key: getattr(solver, key) for key in fields_of(type(solver))}
-    if not isinstance(given, scene.Tolerance):
-        del settings["tolerance"]
-        settings["accuracy"] = given
-    return scene.Solver(**settings)
+    if isinstance(given, scene.Tolerance):
+        return scene.Solver.build_from(solver)
+    return scene.Solver.build_from(solver, tolerance=scene.Tolerance(), accuracy=given)
 
 
 def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:
@@ -220,8 +219,14 @@ def _build_body(name: str, body: schema.BodyEntry, folder: Path) -> scene.Body:
         velocity=body.initial.velocity,
         weight=body.weight or (scene.Weight.CARRIED if tanks else scene.Weight.BALANCED),
         tanks=tanks,
-        pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
+        pumps=tuple(_build_pump(key, pump) for key, pump in body.pumps.items()),
     )
+
+
+def _build_pump(name: str, pump: scene.PumpKeys) -> scene.Pump:
+    ends = {key: getattr(pump, key) for key in ("source", "target")}
+    places = {key: None if end == SEA_NAME else end for key, end in ends.items()}
+    return scene.Pump.build_from(pump, name=name, **places)
 
 
 def _mass_with_contents(body: schema.BodyEntry, tanks: tuple[scene.Tank, ...]) -> dict[str, Any]:

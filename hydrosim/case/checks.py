@@ -8,22 +8,21 @@ from math import inf
 from pathlib import Path
 
 from hydrosim.case.elements.catenary import Lines
-from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.waves import (
     Components,
     ComponentsFile,
     DirectionalSea,
-    Irregular,
     RecordedSea,
     TableSea,
 )
 from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
-from hydrosim.scene.environment import CurrentPower
+from hydrosim.scene.environment import CurrentPower, IrregularWaves
 from hydrosim.scene.links import CoordinateElement
+from hydrosim.scene.restraints import Drive
 from hydrosim.scene.scene import arrange_joints
 from hydrosim.scene.signal import RecordedColumns
 
@@ -61,7 +60,7 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
     for name, element in case.forces.items():
         if element.body is not None:  # what acts in a joint has none
             yield from _check_body(case, ("forces", name, "body"), element.body)
-        if isinstance(element, DriveEntry | CoordinateElement) and element.joint is not None:
+        if isinstance(element, Drive | CoordinateElement) and element.joint is not None:
             yield from _check_joint(case, ("forces", name, "joint"), element.joint)
         for keys, other, remedy in element.body_references():
             yield from _check_other(case, name, keys, other, remedy)
@@ -149,7 +148,7 @@ def _check_waves(case: CaseFile) -> Iterator[Problem]:
     end = begin + case.duration
     what = "the end of the run" if begin else "the duration"
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
-        if isinstance(waves, Irregular) and waves.repeat_period < end:
+        if isinstance(waves, IrregularWaves) and waves.repeat_period < end:
             text = f"found {waves.repeat_period:g} s; expected {what} or more"
             keys = ("environment", "waves", i, "repeat_period")
             yield Problem(keys, f"{text}, {end:g} s; a shorter sea would repeat itself")

@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 from math import hypot, log, pi, sqrt
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from yaml.nodes import Node
@@ -38,6 +38,7 @@ from yaml.nodes import Node
 from hydrosim.case.checks import check, recorded_series
 from hydrosim.case.schema import CaseFile
 from hydrosim.dofs import DOFS
+from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, chosen_units
 from hydrosim.files.document import Document
 from hydrosim.files.layers import apply_setting, read_case, settings_of, yaml_text
@@ -169,6 +170,14 @@ class Case:
     units: Mapping[str, str] = field(default_factory=dict)
     places: Places = field(default_factory=dict, repr=False, compare=False)
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> None:
+            raise AttributeError(
+                f"a case has no {name!r}; its values are in case.data, as case.data.forces, and"
+                " hs.load_case(path, {key: value}) changes them"
+            )
+
     def scene(self) -> Scene:
         """The scene to simulate; databases are files in it, not yet read."""
         from hydrosim.case.build import build_scene  # the force elements load numba
@@ -232,6 +241,16 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
     expected, what to do.
     """
     return laid_over(Path(path), read_case(Path(path)), settings)
+
+
+def as_case(case: Case | str | Path) -> Case:
+    """A case, or the case in a file. Raises InputError if it is neither."""
+    if isinstance(case, Case):
+        return case
+    if isinstance(case, str | Path):
+        return load_case(case)
+    text = f"found {case!r:.60} ({type(case).__name__}); expected a case or the path of its file"
+    raise InputError(f"case: {text}.")
 
 
 def laid_over(

@@ -16,7 +16,7 @@ from hydrosim import scene
 from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.hydrodynamics import Hydrodynamics, Hydrostatics, files_of
-from hydrosim.case.tanks import PumpEntry, TankEntry
+from hydrosim.case.tanks import TankEntry
 from hydrosim.case.waves import Waves
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
@@ -50,7 +50,7 @@ class BodyEntry(scene.BodyKeys):
     hydrodynamics: Hydrodynamics | None = None
     hydrostatics: Hydrostatics = "matrix"
     tanks: dict[of.Name, TankEntry] = field(default_factory=dict)
-    pumps: dict[of.Name, PumpEntry] = field(default_factory=dict)
+    pumps: dict[of.Name, scene.PumpKeys] = field(default_factory=dict)
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -11,12 +11,12 @@ from pydantic import ValidationError
 
 from hydrosim import scene
 from hydrosim.case import schema, waves
-from hydrosim.case.elements import BuildContext
 from hydrosim.case.waves import Component
 from hydrosim.files import text
 from hydrosim.files.messages import validation_problems
 from hydrosim.files.series import read_series
 from hydrosim.scene import DirectionalTable
+from hydrosim.scene.force import BuildContext
 from hydrosim.scene.signal import read_record
 
 if TYPE_CHECKING:
@@ -79,10 +79,11 @@ def _wave_component(
     """A component with these values, which are checked as those in a case file are."""
     readers: dict[int | str, Any] = {}
     try:
-        return Component.model_validate(values, context=readers)
+        component: Component = Component.type_adapter().validate_python(values, context=readers)
     except ValidationError as error:
         problem = next(validation_problems(error, values, readers))
         source.wrong(": ".join([*map(str, problem.keys), problem.text]), line)
+    return component
 
 
 # Spectra over frequency and direction from netCDF, in the layout of the package wavespectra.
@@ -159,9 +160,6 @@ def _order_headings(source: text.Source, heading: np.ndarray) -> tuple[np.ndarra
     return angle, order
 
 
-COPIED_TRAIN_FIELDS = ("heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading")
-
-
 def wave_trains(water: schema.EnvironmentEntry, path: Path) -> tuple[scene.WaveTrain, ...]:
     """The wave trains on the ``water`` of the case file ``path``.
 
@@ -174,10 +172,8 @@ def _build_trains(water: schema.EnvironmentEntry, path: Path) -> Iterator[scene.
     for i, train in enumerate(water.waves):
         key = "environment.waves" if len(water.waves) == 1 else f"environment.waves.{i}"
         if not isinstance(train, waves.NoWaves):
-            given = {
-                name: value for name, value in dict(train).items() if name in COPIED_TRAIN_FIELDS
-            }
-            yield scene.WaveTrain(_build_spectrum(train, water, BuildContext(key, path)), **given)
+            spectrum = _build_spectrum(train, water, BuildContext(key, path))
+            yield scene.WaveTrain.build_from(train, spectrum=spectrum)
 
 
 def _open_source(where: BuildContext, file: str) -> text.Source:
@@ -189,27 +185,24 @@ def _build_spectrum(
     train: waves.SomeWaves, water: schema.EnvironmentEntry, where: BuildContext
 ) -> scene.Spectrum:
     match train:
-        case waves.JonswapSea():
-            peak = train.significant_height, train.peak_period
-            return scene.Jonswap(*peak, train.peak_enhancement)
+        case scene.Jonswap():
+            return scene.Jonswap.build_from(train)
         case waves.PiersonMoskowitz():
-            return scene.Jonswap(train.significant_height, train.peak_period, 1.0)
+            return scene.Jonswap.build_from(train, spectrum="jonswap", peak_enhancement=1.0)
         case waves.TmaSea():
-            peak = train.significant_height, train.peak_period
-            return scene.Tma(*peak, water.water_depth, train.peak_enhancement, water.gravity)
+            return scene.Tma.build_from(train, water_depth=water.water_depth, gravity=water.gravity)
         case waves.TorsethaugenSea():
-            return scene.Torsethaugen(train.significant_height, train.peak_period, water.gravity)
-        case waves.OchiHubbleSea():
-            return scene.OchiHubble(train.peaks)
-        case waves.WhiteNoiseSea():
-            band = train.lowest_frequency, train.highest_frequency
-            return scene.WhiteNoise(train.significant_height, *band)
+            return scene.Torsethaugen.build_from(train, gravity=water.gravity)
+        case scene.OchiHubble():
+            return scene.OchiHubble.build_from(train)
+        case scene.WhiteNoise():
+            return scene.WhiteNoise.build_from(train)
+        case scene.RegularWave():
+            return scene.RegularWave.build_from(train)
         case waves.TableSea():
             return _read_spectrum_table(train, where)
         case waves.DirectionalSea():
             return read_directional(_open_source(where, train.file), train.select, train.x_axis)
-        case waves.Regular():
-            return scene.RegularWave(train.amplitude, train.period, train.phase)
         case waves.Components():
             return _given_components(train, where)
         case waves.RecordedSea():

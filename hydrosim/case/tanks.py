@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
+from pydantic import AfterValidator, StrictStr, model_validator
 
 from hydrosim import scene
 from hydrosim.case.hydrodynamics import Depth, MeshHull, RecipeHull
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import exactly_one
-from hydrosim.files.quantities import Axes, Scale, SchemaModel
+from hydrosim.files.quantities import Axes, Scale
+from hydrosim.files.schema_class import SchemaClass, schema_class
 from hydrosim.files.units import Quantity, problem
-from hydrosim.scene import FreeSurface, LevelReached, Plan
-from hydrosim.scene.force import AtTime, Event
+from hydrosim.scene.body import TankKeys
 
 SEA_NAME = "sea"
 SHAPES = ("box", "table", "mesh", "recipe")
@@ -25,12 +25,12 @@ Volume = Annotated[float, Quantity("volume", "m^3", "100 m^3", at_least=0)]
 AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4", at_least=0)]
 MixedMoment = Annotated[float, Quantity("second moment of area", "m^4", "-1000 m^4")]
 Part = Annotated[float, Quantity("number", "", "98 %", above=0, at_most=1)]
-Rate = Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)]
 Levels = Annotated[tuple[of.Level, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 
 
-class TankTableEntry(SchemaModel):
+@schema_class
+class TankTableEntry(SchemaClass):
     """What a tank holds at each ``level`` above its bottom: ``volume`` of fluid, its ``centroid``
     in the database's frame, and second moments of its free surface about the surface's centroid."""
 
@@ -64,10 +64,12 @@ class TankTableEntry(SchemaModel):
         return scene.TankTable(level, volume, np.array(self.centroid), surface)
 
 
-class TankEntry(SchemaModel):
+@schema_class
+class TankEntry(TankKeys):
     """A tank: a ``box`` between two corners, a ``table``, a closed ``mesh`` in a file, or the hull
     of a ``recipe``, in the database's frame; the latter two with the keys that a hull has."""
 
+    own_keys_first: ClassVar[bool] = True
     key_rules = (exactly_one(*SHAPES, nothing="none of them"),)
 
     box: tuple[of.Point, of.Point] | None = None
@@ -91,14 +93,6 @@ class TankEntry(SchemaModel):
     """Height from keel to deck of the recipe's hull."""
     permeability: Part = 1.0
     """Part of the volume that fluid can fill."""
-    density: of.Density = 1025.0
-    """Density of the fluid."""
-    level: of.Level = 0.0
-    """Level of the fluid above the tank's bottom when the run starts."""
-    free_surface: FreeSurface = FreeSurface.QUASI_STATIC
-    """Whether the fluid's surface stays level, or is frozen to the tank."""
-    plan: Plan | None = None
-    """Levels at times, filled from or emptied to the sea."""
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
@@ -119,14 +113,7 @@ class TankEntry(SchemaModel):
             shape = self._shape(folder)
         except InputError as error:
             raise InputError(f"{key}: {error}") from None
-        return scene.Tank(
-            name,
-            shape,
-            self.level,
-            self.density,
-            self.free_surface,
-            self.plan,
-        )
+        return scene.Tank.build_from(self, name=name, shape=shape)
 
     def _shape(self, folder: Path) -> scene.TankShape:
         if self.table is not None:
@@ -140,50 +127,3 @@ class TankEntry(SchemaModel):
             return scene.TankMesh(corners, self.permeability, str(folder / self.recipe))
         low, high = np.sort(np.array(self.box), axis=0)
         return scene.Box(tuple(low.tolist()), tuple(high.tolist()), self.permeability)
-
-
-def _form_tag(value: object) -> str:
-    if isinstance(value, Event) or (isinstance(value, dict) and "channel" in value):
-        return "event"
-    if isinstance(value, AtTime) or (isinstance(value, dict) and "time" in value):
-        return "mapping"
-    return "level" if isinstance(value, dict | LevelReached) else "time"
-
-
-FlowEnd = Annotated[
-    Annotated[of.Instant, Tag("time")]
-    | Annotated[AtTime, Tag("mapping")]
-    | Annotated[LevelReached, Tag("level")]
-    | Annotated[Event, Tag("event")],
-    Discriminator(_form_tag),
-]
-
-
-class PumpEntry(SchemaModel):
-    """Moves fluid from its ``source`` to its ``target``: names of tanks of the body, or sea; from
-    ``start`` to ``stop``, each a time, a level or an event."""
-
-    source: StrictStr
-    """Tank that fluid is taken from, or sea. Example: fore_sb."""
-    target: StrictStr
-    """Tank that fluid is pumped to, or sea. Example: sea."""
-    rate: Rate
-    """Mass of fluid per time."""
-    start: FlowEnd = 0.0
-    """Time, level or event at which the pump starts."""
-    stop: FlowEnd | None = None
-    """Time, level or event at which the pump stops. Without it the pump stops when a tank is empty
-    or full."""
-
-    def build(self, name: str) -> scene.Pump:
-        """As a scene has it."""
-        source, target = (None if end == SEA_NAME else end for end in (self.source, self.target))
-        start, stop = (_flow_end(end) for end in (self.start, self.stop))
-        return scene.Pump(name, self.rate, source, target, 0.0 if start is None else start, stop)
-
-
-def _flow_end(end: Any) -> Any:
-    """A start or a stop as a scene has it."""
-    if isinstance(end, AtTime):
-        return end.time
-    return end.build() if isinstance(end, Event) else end

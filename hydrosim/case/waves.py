@@ -1,128 +1,68 @@
-"""The waves of a case file as pydantic models."""
+"""The waves of a case file."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from dataclasses import field
+from typing import Annotated, Any, ClassVar, Literal
 
 import pydantic
 
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import exactly_one, same_length
-from hydrosim.files.quantities import SchemaModel
-from hydrosim.files.schema_class import ByKind
-from hydrosim.files.units import problem
-from hydrosim.scene import Amplitudes, OchiHubblePeak
+from hydrosim.files.schema_class import ByKind, SchemaClass, schema_class
+from hydrosim.scene import environment
+from hydrosim.scene.environment import (
+    DirectedWaves,
+    IrregularWaves,
+    PeakedSpectrum,
+    SpreadWaves,
+)
 from hydrosim.scene.signal import RecordedColumns
 
 
-class Growing(SchemaModel):
-    """What all waves have: the time that they take to grow."""
-
-    ramp: of.Span = 0.0
-    """Time over which the waves grow from zero."""
-
-
-class Directed(Growing):
-    """What all waves of one mean direction have: where they go to."""
-
-    heading: of.Angle = 0.0
-    """Direction that the waves go to, counter-clockwise from the x axis of the earth."""
-
-
-class Irregular(Growing):
-    """What all random seas have: a ``seed``, the time after which they repeat themselves, and how
-    their amplitudes are drawn."""
-
-    seed: Annotated[int, pydantic.Field(strict=True, ge=0)] = 1
-    """Number that the random phases are drawn with. Example: 7."""
-    repeat_period: of.Period = 10800.0
-    """Time after which the sea repeats. A run must not be longer."""
-    amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
-    """Whether the amplitudes of components follow from the spectrum, or are Rayleigh distributed
-    about it."""
-
-
-class Spread(Irregular, Directed):
-    """What random seas of one mean direction have: ``spreading`` is the exponent s of directions
-    distributed as cos^2s of half the angle to the heading, one for each frequency."""
-
-    spreading: of.Sharpness | None = None
-    """Exponent s of directions that are distributed as cos^2s of half the angle to the heading.
-    Without it the sea is long-crested."""
-
-
-class Peaked(Spread):
-    """What random seas of one height and one peak have."""
-
-    significant_height: of.Height
-    """Significant wave height Hs."""
-    peak_period: of.Period
-    """Period Tp of the peak of the spectrum."""
-
-
-class JonswapSea(Peaked):
+@schema_class
+class JonswapSea(environment.Jonswap, SpreadWaves):
     """JONSWAP spectrum, scaled to the significant height."""
 
-    spectrum: Literal["jonswap"]
-    """JONSWAP spectrum."""
-    peak_enhancement: of.Peak = 3.3
-    """Peak enhancement factor gamma."""
 
-
-class PiersonMoskowitz(Peaked):
+@schema_class
+class PiersonMoskowitz(PeakedSpectrum, SpreadWaves):
     """JONSWAP without peak enhancement."""
 
-    spectrum: Literal["pierson_moskowitz"]
+    spectrum: Literal["pierson_moskowitz"] = field(kw_only=True)
     """Pierson-Moskowitz spectrum."""
 
 
-class TmaSea(Peaked):
+@schema_class
+class TmaSea(PeakedSpectrum, SpreadWaves):
     """JONSWAP limited by the environment's water depth."""
 
-    spectrum: Literal["tma"]
+    spectrum: Literal["tma"] = field(kw_only=True)
     """TMA spectrum: JONSWAP in finite water depth."""
     peak_enhancement: of.Peak = 3.3
     """Peak enhancement factor gamma."""
 
 
-class TorsethaugenSea(Peaked):
+@schema_class
+class TorsethaugenSea(PeakedSpectrum, SpreadWaves):
     """Wind sea and swell of the North Sea."""
 
-    spectrum: Literal["torsethaugen"]
+    spectrum: Literal["torsethaugen"] = field(kw_only=True)
     """Torsethaugen spectrum: wind sea and swell of the North Sea."""
 
 
-class OchiHubbleSea(Spread):
+@schema_class
+class OchiHubbleSea(environment.OchiHubble, SpreadWaves):
     """Peaks of chosen sharpness: swell and wind sea."""
 
-    spectrum: Literal["ochi_hubble"]
-    """Ochi-Hubble spectrum."""
-    peaks: Annotated[tuple[OchiHubblePeak, ...], pydantic.AfterValidator(of.require_entries)]
-    """Peaks of the spectrum, such as swell and wind sea."""
 
-
-class WhiteNoiseSea(Spread):
+@schema_class
+class WhiteNoiseSea(environment.WhiteNoise, SpreadWaves):
     """Constant density between two frequencies."""
 
-    spectrum: Literal["white_noise"]
-    """Constant density between two frequencies."""
-    significant_height: of.Height
-    """Significant wave height Hs."""
-    lowest_frequency: of.Frequency
-    """Lowest frequency with waves."""
-    highest_frequency: of.Frequency
-    """Highest frequency with waves."""
 
-    @pydantic.model_validator(mode="after")
-    def _check_band(self) -> Self:
-        low = self.lowest_frequency
-        high = self.highest_frequency
-        if low >= high:
-            raise problem(f"a band from {low:g} to {high:g} rad/s", "lowest below highest")
-        return self
-
-
-class TableSea(Spread):
+@schema_class
+class TableSea(SpreadWaves):
     """Densities at frequencies: lists, or the first column and another one of a text ``file``,
     each multiplied by a factor that has its unit."""
 
@@ -136,7 +76,7 @@ class TableSea(Spread):
         same_length("frequency", "density", found="{count} frequencies and {size} densities"),
     )
 
-    spectrum: Literal["table"]
+    spectrum: Literal["table"] = field(kw_only=True)
     """Densities at given frequencies."""
     frequency: of.Frequencies | None = None
     """Frequencies that rise."""
@@ -153,42 +93,36 @@ class TableSea(Spread):
     """Factor of the file's densities, such as 1 m^2/Hz."""
 
 
-class DirectionalSea(Irregular):
+@schema_class
+class DirectionalSea(IrregularWaves):
     """Densities over frequency and direction: a netCDF ``file`` as `wavespectra` writes it (freq in
     Hz, dir in degrees that waves come from, clockwise from north, efth in m^2/Hz/degree).
 
     ``select`` says which index of its other dimensions; ``x_axis`` is the compass bearing of +x.
     """
 
-    spectrum: Literal["directional_table"]
+    spectrum: Literal["directional_table"] = field(kw_only=True)
     """Densities over frequency and direction."""
     file: pydantic.StrictStr
     """File (netCDF) with the density efth over freq and dir, as wavespectra writes it. Example:
     spectra.nc."""
-    select: dict[pydantic.StrictStr, pydantic.StrictInt] = pydantic.Field(default_factory=dict)
+    select: dict[pydantic.StrictStr, pydantic.StrictInt] = field(default_factory=dict)
     """Index of each other dimension of the file, such as time. Example: {time: 3}."""
-    x_axis: of.Angle
+    x_axis: of.Angle = field(kw_only=True)
     """Compass bearing of the x axis of the earth frame."""
 
 
-class Regular(Directed):
+@schema_class
+class Regular(environment.RegularWave, DirectedWaves):
     """One regular wave."""
-
-    spectrum: Literal["regular"]
-    """One regular wave."""
-    amplitude: of.Height
-    """Amplitude, half of the wave height."""
-    period: of.Period
-    """Wave period."""
-    phase: of.Angle = 0.0
-    """Phase of the elevation at the origin."""
 
 
 def _components_form(value: object) -> str:
-    return "file" if isinstance(value, dict | pydantic.BaseModel) else "list"
+    return "file" if isinstance(value, dict | ComponentsFile) else "list"
 
 
-class Component(SchemaModel):
+@schema_class
+class Component(SchemaClass):
     """One of given components: it goes to the ``heading`` of them all if it has none of its own."""
 
     key_rules = (exactly_one("period", "frequency", nothing="neither"),)
@@ -205,7 +139,8 @@ class Component(SchemaModel):
     """Direction that the component goes to. Without it that of the whole train."""
 
 
-class ComponentsFile(SchemaModel):
+@schema_class
+class ComponentsFile(SchemaClass):
     """A text ``file`` with a line for each component, and columns named as the keys of one."""
 
     file: pydantic.StrictStr
@@ -213,11 +148,12 @@ class ComponentsFile(SchemaModel):
     amplitude, phase, heading. Example: components.csv."""
 
 
-class Components(Directed):
+@schema_class
+class Components(DirectedWaves):
     """Given components, in a list or in a file; on the grid of ``repeat_period`` if all are
     multiples of it, as random seas are, else summed one by one."""
 
-    spectrum: Literal["components"]
+    spectrum: Literal["components"] = field(kw_only=True)
     """Given components."""
     components: Annotated[
         Annotated[ComponentsFile, pydantic.Tag("file")]
@@ -231,11 +167,12 @@ class Components(Directed):
     """Time that all periods divide, if the components are to be summed by FFT."""
 
 
-class RecordedSea(RecordedColumns, Directed):
+@schema_class
+class RecordedSea(RecordedColumns, DirectedWaves):
     """A measured elevation over the time of the run, at ``position``; what is above
     ``highest_frequency`` is left out."""
 
-    spectrum: Literal["recorded"]
+    spectrum: Literal["recorded"] = field(kw_only=True)
     """Measured elevation."""
     position: of.Position = (0.0, 0.0)
     """Place x, y of the measurement in the earth frame. Example: [70 m, 0 m]."""
@@ -243,11 +180,12 @@ class RecordedSea(RecordedColumns, Directed):
     """Frequency above which the record is left out."""
 
 
-class NoWaves(SchemaModel):
+@schema_class
+class NoWaves(SchemaClass):
     """No waves; the other keys may stay, so that one word turns the waves of a case off."""
 
-    model_config = pydantic.ConfigDict(extra="ignore")
-    spectrum: Literal["none"]
+    __pydantic_config__: ClassVar = pydantic.ConfigDict(extra="ignore")
+    spectrum: Literal["none"] = field(kw_only=True)
     """No waves."""
 
 

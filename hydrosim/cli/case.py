@@ -79,6 +79,7 @@ def new(
             return
         cases = writing.write_example(example, path or Path())
         terminal.print_lines(*(f"case      {case}" for case in cases))
+        terminal.print_lines(f"about     {cases[0].with_name('README.md')}")
         return
     missing = [name for name in ("length", "beam", "draught") if name not in given]
     if missing or path is None:

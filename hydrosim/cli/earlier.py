@@ -1,4 +1,7 @@
-"""Commands of hydrosim 0.2 under their earlier names. They work for one version more."""
+"""Commands of hydrosim 0.2 under their earlier names, and hints for words of other programs.
+
+Earlier names work for one version more.
+"""
 
 from __future__ import annotations
 
@@ -29,6 +32,44 @@ NEW_OPTIONS = {
     "explain": {"until": "to"},
     "build": {"jobs": "workers", "picture": "plot"},
 }
+OTHER_COMMANDS = {
+    **dict.fromkeys(("simulate", "solve", "sim"), "run CASE.yaml"),
+    **dict.fromkeys(("validate", "test"), "check CASE.yaml"),
+    **dict.fromkeys(("modes", "modal", "rao", "raos", "frequency", "statics"), "analyse CASE.yaml"),
+    **dict.fromkeys(("init", "create", "start"), "new CASE.yaml"),
+    **dict.fromkeys(("examples", "list", "cases"), "new --example list"),
+    **dict.fromkeys(("stats", "extremes", "extreme"), "show RUN.nc --statistics"),
+    **dict.fromkeys(("open", "view", "info", "summary", "results", "print"), "show RUN.nc"),
+    **dict.fromkeys(("batch", "seeds", "parameters", "many"), "study STUDY.yaml"),
+    **dict.fromkeys(("csv", "convert", "save"), "export RUN.nc -o RUN.csv"),
+    **dict.fromkeys(("build", "database"), "db build RECIPE.yaml"),
+    **dict.fromkeys(("help",), "--help"),
+    **dict.fromkeys(("version",), "--version"),
+}
+"""What is typed here, by the command that was probably expected."""
+OTHER_OPTIONS = {
+    **dict.fromkeys(("--hs", "--Hs", "--height", "--wave-height"), "--significant-height"),
+    **dict.fromkeys(("--tp", "--Tp", "--period"), "--peak-period"),
+    **dict.fromkeys(("--loa", "--lpp", "-l"), "--length"),
+    **dict.fromkeys(("--width", "--breadth", "-b"), "--beam"),
+    **dict.fromkeys(("--draft", "-t"), "--draught"),
+    **dict.fromkeys(("--start", "--begin", "--after"), "--from"),
+    **dict.fromkeys(("--end", "--until", "--stop"), "--to"),
+    **dict.fromkeys(("--jobs", "-j", "-n", "--cores", "--threads", "--processes"), "--workers"),
+    **dict.fromkeys(("--out", "--name", "--file"), "--output"),
+    **dict.fromkeys(("--force", "-f", "--clobber"), "--overwrite"),
+    **dict.fromkeys(("--stats", "--extremes"), "--statistics"),
+    **dict.fromkeys(("--explain",), "--why"),
+    **dict.fromkeys(("--picture", "--figure", "--plots"), "--plot"),
+    **dict.fromkeys(("--seed",), "--set environment.waves.seed="),
+    **dict.fromkeys(("--duration", "--time"), "--set duration="),
+    **dict.fromkeys(("--dt", "--step"), "--set solver.step="),
+    **dict.fromkeys(("--method",), "--set solver.method="),
+    **dict.fromkeys(("--seeds",), "seeds in STUDY.yaml"),
+    **dict.fromkeys(("--csv",), "hydrosim export RUN.nc -o RUN.csv"),
+    **dict.fromkeys(("--title", "--client"), "report in the case"),
+}
+"""What is typed or written here, by the option that was probably expected."""
 DEFAULT_VALUES = {"schema": "case", "example": "list"}
 """Values of arguments that are now values of options."""
 
@@ -75,6 +116,16 @@ def _renamed_options(name: str, arguments: list[str]) -> list[str]:
     return ["".join((names.get(option, option), *rest)) for option, *rest in parts]
 
 
+def _meant_options(error: Any) -> list[str]:
+    """What is typed in place of an unknown option, if the command has it."""
+    option = OTHER_OPTIONS.get(getattr(error, "option_name", ""), "")
+    context = getattr(error, "ctx", None)
+    command = getattr(context, "command", None)
+    names = [name for parameter in getattr(command, "params", ()) for name in parameter.opts]
+    is_there = option.split(" ")[0] in names or not option.startswith("-")
+    return [option] if option and is_there else []
+
+
 class CommandsWithEarlierNames(TyperGroup):
     """All commands in their order, also under their earlier names."""
 
@@ -83,6 +134,20 @@ class CommandsWithEarlierNames(TyperGroup):
         if current != arguments:
             print(f"note      this is now: hydrosim {shlex.join(current)}", file=sys.stderr)
         return super().parse_args(context, current)
+
+    def resolve_command(self, context: Any, arguments: list[str]) -> Any:
+        word = arguments[0]
+        if word in OTHER_COMMANDS and word not in self.commands:
+            context.fail(f"No such command '{word}'. Type: hydrosim {OTHER_COMMANDS[word]}")
+        return super().resolve_command(context, arguments)
+
+    def invoke(self, context: Any) -> Any:
+        try:
+            return super().invoke(context)
+        except Exception as error:
+            if options := _meant_options(error):
+                error.__dict__["possibilities"] = options
+            raise
 
     def shell_complete(self, context: Any, incomplete: str) -> Any:
         items = super().shell_complete(context, incomplete)

@@ -22,55 +22,58 @@ from hydrosim.compare.studies import StudyComparison as Studies
 from hydrosim.errors import InputError
 from hydrosim.files.text import unreadable_reason
 from hydrosim.results.dataset import KIND, ResultKind, load_result
-from hydrosim.results.variables import OF_CHANNEL, describe_coordinates, quantity_attributes
+from hydrosim.results.variables import OF_CHANNEL, describe_coordinates, describe_values
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
-    "ours": ("the run", OF_CHANNEL),
-    "recorded": ("recording, in units and at the point of the run", OF_CHANNEL),
-    "residual": ("ours minus recorded", OF_CHANNEL),
+    "ours": "the run",
+    "recorded": "recording, in units and at the point of the run",
+    "residual": "ours minus recorded",
 }
 PER_CHANNEL = {
-    "rms": ("rms of the residual", OF_CHANNEL),
-    "relative": ("rms of the residual over the std recorded", "1"),
-    "std": ("standard deviation recorded", OF_CHANNEL),
-    "peak": ("largest residual", OF_CHANNEL),
-    "peak_time": ("time of the largest residual", "s"),
-    "mean": ("mean of the residual", OF_CHANNEL),
-    "drift": ("difference of drifts, from the first tenth of the time to the last", OF_CHANNEL),
-    "correlation": ("correlation", "1"),
+    "rms": "rms of the residual",
+    "relative": "rms of the residual over the std recorded",
+    "std": "standard deviation recorded",
+    "peak": "largest residual",
+    "peak_time": "time of the largest residual",
+    "mean": "mean of the residual",
+    "drift": "difference of drifts, from the first tenth of the time to the last",
+    "correlation": "correlation",
 }
 OF_FIT = {
-    "gain": ("gain in recorded(t) = gain ours(t - lag) + offset", "1"),
-    "lag": ("lag in the same fit", "s"),
-    "offset": ("offset in the same fit", OF_CHANNEL),
+    "gain": "gain in recorded(t) = gain ours(t - lag) + offset",
+    "lag": "lag in the same fit",
+    "offset": "offset in the same fit",
 }
 PER_BAND = {
-    "band_rms": ("rms of the residual, without its mean", OF_CHANNEL),
-    "band_ours": ("standard deviation of the run", OF_CHANNEL),
-    "band_recorded": ("standard deviation of the recording", OF_CHANNEL),
+    "band_rms": "rms of the residual, without its mean",
+    "band_ours": "standard deviation of the run",
+    "band_recorded": "standard deviation of the recording",
 }
 OF_STUDIES = {
-    "ours_mean": ("ours", "mean over our runs", OF_CHANNEL),
-    "theirs_mean": ("theirs", "mean over their runs", OF_CHANNEL),
-    "difference": ("difference", "mean difference, ours minus theirs", OF_CHANNEL),
-    "low": ("low", "lower end of its 90 % interval", OF_CHANNEL),
-    "high": ("high", "upper end of its 90 % interval", OF_CHANNEL),
-    "chance": ("chance", "probability of such a difference by chance", "1"),
-    "differs": ("differs", "1 if it counts as different", "1"),
+    "ours_mean": "mean over our runs",
+    "theirs_mean": "mean over their runs",
+    "difference": "mean difference, ours minus theirs",
+    "low": "lower end of its 90 % interval",
+    "high": "upper end of its 90 % interval",
+    "chance": "probability of such a difference by chance",
+    "differs": "1 if it counts as different",
 }
-NO_TOLERANCES = MappingProxyType[str, float]({})
 CONTACT = dict(
     zip(
         ContactComparison._fields,
-        (("first contact", "s"),) * 2 + (("fraction of time in contact", "1"),) * 2,
+        ("first contact",) * 2 + ("fraction of time in contact",) * 2,
         strict=True,
     )
 )
-VERDICTS = {
-    "verdict": ("verdict", ""),
-    "tolerance": ("largest permitted rms over std, or rms of a constant", OF_CHANNEL),
+OTHER_UNITS = {
+    **dict.fromkeys(("relative", "correlation", "gain", "chance", "differs"), "1"),
+    **dict.fromkeys(("peak_time", "lag"), "s"),
+    **dict(zip(CONTACT, ("s", "s", "1", "1"), strict=True)),
 }
+"""Units of figures that have not that of their channel."""
+NO_TOLERANCES = MappingProxyType[str, float]({})
+TOLERANCE_TEXT = "largest permitted rms over std, or rms of a constant"
 
 
 def to_dataset(
@@ -85,26 +88,26 @@ def to_dataset(
     ours, recorded = (
         np.stack(x, axis=1) for x in zip(*((p.ours, p.recorded) for p in pairs), strict=True)
     )
-    data = dict(zip(OVER_TIME, (ours, recorded, ours - recorded), strict=True))
+    series = zip(OVER_TIME, (ours, recorded, ours - recorded), strict=True)
+    data = {name: _describe(name, ("time", "channel"), x, OVER_TIME[name]) for name, x in series}
+    figures, fits = ([getattr(r, part) for r in results] for part in ("figures", "fit"))
+    tables = (
+        ("channel", PER_CHANNEL, figures),
+        ("channel", OF_FIT, fits),
+        (("channel", "band"), PER_BAND, figures),
+    )
+    for dims, texts, owners in tables:
+        for name, text in texts.items():
+            data[name] = _describe(name, dims, [getattr(of, name) for of in owners], text)
+    for name, text in CONTACT.items():
+        data[name] = _describe(name, "channel", [_contact_figure(r, name) for r in results], text)
+    permitted = [tolerances.get(name, nan) for name in comparison.results]
+    data["verdict"] = describe_values("channel", [r.verdict for r in results], "verdict")
+    data["tolerance"] = describe_values("channel", permitted, TOLERANCE_TEXT, OF_CHANNEL)
     dataset = xr.Dataset(
-        {name: (("time", "channel"), values) for name, values in data.items()}
-        | {name: ("channel", [getattr(r.figures, name) for r in results]) for name in PER_CHANNEL}
-        | {name: ("channel", [getattr(r.fit, name) for r in results]) for name in OF_FIT}
-        | {
-            name: (("channel", "band"), [getattr(r.figures, name) for r in results])
-            for name in PER_BAND
-        }
-        | {name: ("channel", [_contact_figure(r, name) for r in results]) for name in CONTACT}
-        | {
-            "verdict": ("channel", [result.verdict for result in results]),
-            "tolerance": ("channel", [tolerances.get(name, nan) for name in comparison.results]),
-        },
+        data,
         coords={
-            "time": (
-                "time",
-                comparison.overlap.time,
-                {"units": "s", "long_name": "time of the run"},
-            ),
+            "time": describe_values("time", comparison.overlap.time, "time of the run", "s"),
             "channel": ("channel", list(comparison.results)),
             "units": ("channel", [pair.unit for pair in pairs]),
             "column": ("channel", [pair.column for pair in pairs]),
@@ -112,10 +115,6 @@ def to_dataset(
             "band": ("band", list(BANDS)),
         },
     )
-    tables = OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT | VERDICTS
-    for name, (text, units) in tables.items():
-        dataset[name].attrs = quantity_attributes(text, units)
-    describe_coordinates(dataset)
     dataset.attrs.update(
         attributes,
         kind=ResultKind.COMPARISON.value,
@@ -126,7 +125,7 @@ def to_dataset(
     dataset.attrs["zero_in_both"] = "\n".join(comparison.zero)
     if comparison.shift is not None:
         dataset.attrs["shift"] = comparison.shift
-    return dataset
+    return describe_coordinates(dataset)
 
 
 def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
@@ -134,22 +133,24 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
     the same index."""
     channels = comparison.channels
     values = {
-        name: (
+        name: describe_values(
             ("channel", dim),
             np.stack([channel.values[k] for channel in channels]),
-            quantity_attributes(meaning, OF_CHANNEL),
+            meaning,
+            OF_CHANNEL,
         )
         for k, (name, dim, meaning) in enumerate(
             (("ours", "run", "in each of our runs"), ("theirs", "other_run", "in each of theirs"))
         )
     }
-    figures = {
-        name: (
+    figures = {  # + gives numbers for truth values
+        name: _describe(
+            name,
             "channel",
-            [_attribute_number(getattr(channel, field)) for channel in channels],
-            quantity_attributes(meaning, units),
+            [+getattr(channel, name.removesuffix("_mean")) for channel in channels],
+            meaning,
         )
-        for name, (field, meaning, units) in OF_STUDIES.items()
+        for name, meaning in OF_STUDIES.items()
     }
     coords = {
         "channel": ("channel", [channel.channel for channel in channels]),
@@ -163,12 +164,11 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
     counts |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
     kind = {KIND: ResultKind.SET_COMPARISON.value}
     dataset = xr.Dataset(values | figures, coords, {**kind, **attributes, **counts})
-    describe_coordinates(dataset)
-    return dataset
+    return describe_coordinates(dataset)
 
 
-def _attribute_number(value: float | bool) -> float | int:
-    return int(value) if isinstance(value, bool) else value
+def _describe(name: str, dims: str | tuple[str, ...], values: Any, text: str) -> Any:
+    return describe_values(dims, values, text, OTHER_UNITS.get(name, OF_CHANNEL))
 
 
 def _contact_figure(result: ChannelResult, name: str) -> float:

@@ -63,8 +63,8 @@ def _problems_of_place(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -
     if drive.joint is not None:
         yield from _problems_of_joint(scene, drive)
         return
-    if drive.dof not in DOFS:
-        yield f".dof: found {drive.dof}; expected one of {', '.join(DOFS)}"
+    if drive.coordinate not in DOFS:
+        yield f".dof: found {drive.coordinate}; expected one of {', '.join(DOFS)}"
         return
     carrier = {branch.child: branch.name for branch in arrangement(scene).branches}
     if drive.body in carrier:
@@ -73,7 +73,7 @@ def _problems_of_place(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -
             f".body: found {drive.body}, which the joint {joint} carries; drive a motion of the"
             f" joint instead, by joint: {joint}"
         )
-    elif drive.dof not in bodies[drive.body].dofs:
+    elif drive.coordinate not in bodies[drive.body].dofs:
         free = ", ".join(bodies[drive.body].dofs) or "none"
         yield (
             f".dof: found {drive.dof}, which is locked by bodies.{drive.body}.dofs; expected a"
@@ -96,17 +96,17 @@ def _problems_of_joint(scene: Scene, drive: Drive) -> Iterator[str]:
     joint = joints[drive.joint]
     motions = {motion.name: motion for motion in joint.motions}
     turning = [m.name for m in joint.motions if m.kind == MotionKind.SWIVEL]
-    if drive.dof not in motions:
+    if drive.coordinate not in motions:
         yield (
-            f".motion: found {drive.dof or 'none'}; expected a motion of {drive.joint}, a"
+            f".motion: found {drive.coordinate or 'none'}; expected a motion of {drive.joint}, a"
             f" {joint.type}: {', '.join(motions) or 'it has none'}"
         )
-    elif drive.dof in turning:
+    elif drive.coordinate in turning:
         yield (
-            f".motion: found {drive.dof}; the turns of a {joint.type} follow no angle each."
+            f".motion: found {drive.coordinate}; the turns of a {joint.type} follow no angle each."
             " Expected a slide, or a hinge or universal joint"
         )
-    elif _has_friction(joint, drive.dof):
+    elif _has_friction(joint, drive.coordinate):
         yield (
             f".joint: found friction in joints.{drive.joint}, in the motion that is driven;"
             " expected none there. It would add its own force to that of the drive"
@@ -115,7 +115,7 @@ def _problems_of_joint(scene: Scene, drive: Drive) -> Iterator[str]:
 
 def _problems_of_quantity(scene: Scene, drive: Drive) -> Iterator[str]:
     wanted = "angle" if is_turn(scene, drive) else "offset"
-    if drive.quantity not in (None, wanted):
+    if drive.quantity != wanted:
         yield f".{drive.quantity}: found {drive.quantity} of {drive.driven}; expected {wanted}"
 
 
@@ -127,9 +127,9 @@ def _has_friction(joint: Joint, motion: str) -> bool:
 def is_turn(scene: Scene, drive: Drive) -> bool:
     """True if a drive prescribes an angle."""
     if drive.joint is None:
-        return drive.dof in DOFS[3:]
+        return drive.coordinate in DOFS[3:]
     return any(
-        motion.name == drive.dof and motion.kind != MotionKind.SLIDE
+        motion.name == drive.coordinate and motion.kind != MotionKind.SLIDE
         for motion in scene.joints[drive.joint].motions
     )
 
@@ -161,7 +161,7 @@ def _problems_of_signal(
             yield (
                 f"{key}: found a {drive.dof} of up to {np.degrees(largest):.4g} deg; expected less"
                 f" than {np.degrees(LARGEST_TILT):.0f} deg, where"
-                f" {ROLL_LIMIT if drive.dof == 'roll' else PITCH_LIMIT}"
+                f" {ROLL_LIMIT if drive.coordinate == 'roll' else PITCH_LIMIT}"
             )
     if scene.initial is None:
         yield from _problems_of_start(scene, bodies, drive)
@@ -175,7 +175,7 @@ def _is_tilt_limited(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> 
     with_surface = bodies[drive.body].hydrostatics is not None or any(
         scene.bodies[cut.body].name == drive.body for cut in cut_tanks(scene)
     )
-    return drive.dof == "pitch" or (drive.dof == "roll" and with_surface)
+    return drive.coordinate == "pitch" or (drive.coordinate == "roll" and with_surface)
 
 
 def _problems_of_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> Iterator[str]:
@@ -197,12 +197,12 @@ def _problems_of_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -
 
 def _given_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> tuple[float, float]:
     if drive.joint is None:
-        i = DOFS.index(drive.dof)
+        i = DOFS.index(drive.coordinate)
         body = bodies[drive.body]
         return float(body.position[i]), float(body.velocity[i])
     joint = scene.joints[drive.joint]
     names = [motion.name for motion in joint.motions]
-    acting = joint.resistances[names.index(drive.dof)]
+    acting = joint.resistances[names.index(drive.coordinate)]
     return acting.position, acting.velocity
 
 

@@ -195,7 +195,7 @@ class Cut(NamedTuple):
 def cut_shape(tank: scenes.Tank, scene: scenes.Scene) -> scenes.Box | scenes.TankMesh | None:
     """Shape of a tank whose surface is found as a plane that cuts it. None if the shape is unknown,
     and in linear kinematics, where moments are linear in the angles."""
-    level = tank.surface == scenes.FreeSurface.QUASI_STATIC
+    level = tank.free_surface == scenes.FreeSurface.QUASI_STATIC
     if not level or scene.solver.kinematics == scenes.Kinematics.LINEAR:
         return None
     return None if isinstance(tank.shape, scenes.TankTable) else tank.shape

@@ -243,7 +243,7 @@ def _tank_pieces(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     """Pieces of a tank about the origin of its body, without the free surface if it is frozen or
     cut."""
     tank_pieces = pieces(tank.shape, np.asarray(body.centre_of_gravity))
-    if tank.surface == FreeSurface.FROZEN or cut_shape(tank, scene):
+    if tank.free_surface == FreeSurface.FROZEN or cut_shape(tank, scene):
         tank_pieces["c"][:, SURFACE_MOMENT:] = 0.0
     return tank_pieces
 

@@ -55,8 +55,6 @@ from hydrosim.elements.kind import (
 from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.line import kind as lines
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.drum import Compensation, SpeedControl, TensionControl
-from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.link import table as links
 from hydrosim.elements.link.kind import COMPENSATOR_KIND, LINK_KIND, SPRING_KIND
 from hydrosim.jit.kernels import clear, kernel
@@ -92,6 +90,7 @@ from hydrosim.scene.links import (
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, StreamLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, LinearMooring
 from hydrosim.scene.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
+from hydrosim.scene.winch import Winch
 from hydrosim.tanks.contents import Tanks
 from hydrosim.water.wind import REFERENCE_HEIGHT, GustTable
 

@@ -33,7 +33,6 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout, unit_ranges
 from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.link import table as links
 from hydrosim.elements.link.law import LOAD_OUTPUT, PLACE_OUTPUT, Link
 from hydrosim.elements.link.laws import LAWS
@@ -45,6 +44,7 @@ from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Clearance, ForceElement, When
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.links import CoordinateElement
+from hydrosim.scene.winch import Winch
 from hydrosim.tanks import contents
 
 (

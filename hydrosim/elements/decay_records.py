@@ -212,7 +212,8 @@ def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
 
 
 def _find_column(recording: Recording, name: str) -> RecordedColumn:
-    """The column of roll: of that name or number, or the only one that ends so."""
+    """The column of roll: of that name or number, the only one that ends so, or the only position
+    among these."""
     if name.isdigit():
         return recording.column(int(name))
     wanted = ROLL_NAMES if name == "roll" else (name.lower(),)
@@ -221,6 +222,9 @@ def _find_column(recording: Recording, name: str) -> RecordedColumn:
         for column in recording.columns
         if _last_word(column.name) in wanted and not is_time(column.name)
     ]
+    alike = [column for column in alike if column.name.startswith("position.")] or alike
+    if len(alike) > 1 and name not in [column.name for column in recording.columns]:
+        recording.source.unknown("single column", name, [column.name for column in alike])
     return alike[0] if len(alike) == 1 else recording.column(name)
 
 

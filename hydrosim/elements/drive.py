@@ -14,65 +14,23 @@ continuous.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import DOFS, LATERAL
+from hydrosim.dofs import DOFS
 from hydrosim.elements.kind import Columns, ElementKind, Layout, UnitRecord, Variable
 from hydrosim.elements.signal import SIGNAL, compile_signals, corners, find_motion, find_piece
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import wrench_of_coordinates
 from hydrosim.multibody.tree import push_joint
-from hydrosim.scene import ForceElement, Turns
-from hydrosim.scene.signal import Signal, scale_signal
+from hydrosim.scene import ForceElement
+from hydrosim.scene.restraints import Drive
 
 POSITION, SPEED, ACCELERATION = range(3)
 DRIVE_OUTPUTS = 1
-HORIZONTAL = ("surge", "sway", "yaw")
-
-
-@dataclass(frozen=True)
-class Drive(ForceElement):
-    """Moves ``body`` along its degree of freedom ``dof``; or, with a ``joint`` of the body, along
-    the motion ``dof`` of the joint. ``position`` is the offset [m] or angle [rad] from the place at
-    rest over time; ``quantity`` ("offset" or "angle") says which, if that is to be checked."""
-
-    supplies: ClassVar[bool] = True
-    dof: str
-    position: Signal
-    joint: str | None = None
-    quantity: str | None = None
-
-    @property
-    def driven(self) -> str:
-        """Name of the coordinate that it drives: "heave of barge"."""
-        return f"{self.dof} of {self.joint or self.body}"
-
-    def signals(self) -> Iterator[tuple[str, Signal]]:
-        turns = self.dof in DOFS[3:] or self.dof.endswith("angle")
-        yield "angle" if turns else "offset", self.position
-
-    def unit_names(self, name: str) -> Sequence[str]:
-        return (f"{name} {self.dof}",)
-
-    def restored_dofs(self) -> Collection[str]:
-        return (self.dof,) if self.dof in HORIZONTAL and self.joint is None else ()
-
-    def can_add_energy(self) -> bool:
-        return True
-
-    def mirror_image(self) -> ForceElement:
-        if self.dof in LATERAL:
-            return replace(self, position=scale_signal(self.position, -1.0))
-        return self  # motions of joints out of the plane have no image themselves
-
-    def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        return f"{name} moves {self.driven}"
-
 
 DRIVE = np.dtype(
     [
@@ -110,7 +68,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Dr
 def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
     """Entries of `DRIVE` of a drive of a body, without its row and signal."""
     body = layout.body[drive.body]
-    dof = DOFS.index(drive.dof)
+    dof = DOFS.index(drive.coordinate)
     coordinate = int(np.flatnonzero(layout.active == 6 * body + dof)[0])
     return coordinate, body, dof, NO_INDEX, NO_INDEX
 
@@ -118,7 +76,7 @@ def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
 def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
     """The same of a drive of a joint."""
     assert drive.joint is not None
-    coordinate, move, axis = layout.coordinate_of_motion(drive.joint, drive.dof)
+    coordinate, move, axis = layout.coordinate_of_motion(drive.joint, drive.coordinate)
     return coordinate, NO_INDEX, NO_INDEX, move, axis
 
 

@@ -24,6 +24,7 @@ DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """Writes the same text either way; that of libyaml takes a quarter of the time."""
 EXTENDS = "extends"
 MAX_WHOLE_FLOAT = 2.0**53  # up to which every whole number is a float
+ORCAFLEX_KEYS = {"General", "VesselTypes", "LineTypes"}
 MAX_SETTING_LETTERS = 200  # characters of a setting in a message
 MAP = "tag:yaml.org,2002:map"
 TEXT = "tag:yaml.org,2002:str"
@@ -53,6 +54,11 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     if not isinstance(node, MappingNode):
         raise InputError(f"{path}:1: found no keys; expected a case file with lines `key: value`")
     over = yaml_nodes.entry_nodes(node)
+    if ORCAFLEX_KEYS & over.keys():
+        raise InputError(
+            f"{path}: found data of OrcaFlex; expected a case of hydrosim. A case may name it as"
+            f" `hydrodynamics: {path.name}`, for its vessel type; the rest is described anew."
+        )
     if EXTENDS not in over:
         return text, node
     _, named = over.pop(EXTENDS)

@@ -179,6 +179,7 @@ UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 """Errors of pydantic: of models, and of dataclasses."""
 MANY_UNKNOWN = 4  # keys of one mapping that one message reports
 MANY_KNOWN = 12  # keys are not all listed where one of them is suggested
+MAX_PLACES = 3  # places of a key in a suggestion
 MAX_LIST_LETTERS = 60  # characters of a list
 
 
@@ -219,9 +220,8 @@ def _problem_of_error(
         case "hydrosim":
             return Problem(keys, context["text"])
         case kind if kind in UNKNOWN_KEY:
-            return _unknown_key_problem(
-                keys, readers.get(id(_value_at(data, keys[:-1]))), _similar_errors(details, every)
-            )
+            reader = readers.get(id(_value_at(data, keys[:-1])))
+            return _unknown_key_problem(keys, reader, _similar_errors(details, every), data)
         case "missing" if isinstance(keys[-1], int):
             return Problem(keys[:-1], _too_few(value, _similar_errors(details, every)))
         case "missing":
@@ -281,7 +281,9 @@ def _count_text(count: int) -> str:
     return "one" if count == 1 else f"{count}"
 
 
-def _unknown_key_problem(keys: Keys, reader: Reader | None, alike: Sequence[Details]) -> Problem:
+def _unknown_key_problem(
+    keys: Keys, reader: Reader | None, alike: Sequence[Details], data: Any
+) -> Problem:
     fields = _fields_of_reader(reader) if reader else {}
     if len(alike) >= MANY_UNKNOWN:
         names = ", ".join(str(error["loc"][-1]) for error in alike)
@@ -290,16 +292,52 @@ def _unknown_key_problem(keys: Keys, reader: Reader | None, alike: Sequence[Deta
     key = str(keys[-1])
     if comma := _comma_remedy(key):
         return Problem(keys, f"found a key that begins with a digit; {comma}")
+    elsewhere = _nested_keys(key, fields) if keys[:-1] else _places_of(key, data)
     remedy = (
         _colon_remedy(key, fields)
         or KEY_REMEDIES.get((_plain_word(key), closest_word(key, fields)))
         or suggestion(key, fields)
+        or _place_advice([*elsewhere])
     )
     expected = (
         "" if remedy and len(fields) > MANY_KNOWN else f"expected one of: {', '.join(fields)}"
     )
     text = "; ".join(part for part in ("found an unknown key", expected, remedy) if part)
     return Problem(keys, text)
+
+
+def _nested_keys(key: str, fields: Mapping[str, FieldInfo]) -> Iterator[str]:
+    """Dotted keys of the mappings in ``fields`` that have this key, such as segments.drag."""
+    for name, field in fields.items():
+        readers = [*_readers_in(field.annotation), *_readers_in(field.metadata)]
+        if any(key in _fields_of_reader(reader) for reader in readers):
+            yield f"{name}.{key}"
+
+
+def _readers_in(annotation: Any) -> Iterator[Reader]:
+    """The models in an annotation, or in the form that a file gives it in."""
+    if isinstance(annotation, type) and (
+        issubclass(annotation, BaseModel) or hasattr(annotation, "schema_fields")
+    ):
+        yield annotation
+    parts = annotation if isinstance(annotation, list) else get_args(annotation)
+    for part in (*parts, getattr(annotation, "form", None)):
+        yield from _readers_in(part) if part is not None else ()
+
+
+def _place_advice(places: Sequence[str]) -> str:
+    """Question with the places where a key belongs, unless these are many."""
+    quoted = " or ".join(f'"{place}"' for place in places)
+    return f"did you mean {quoted}?" if 0 < len(places) <= MAX_PLACES else ""
+
+
+def _places_of(key: str, data: Any, above: str = "") -> Iterator[str]:
+    """Dotted keys of all mappings below ``data`` with this key."""
+    entries = data.items() if isinstance(data, dict) else ()
+    for name, value in entries:
+        if isinstance(value, dict) and key in value:
+            yield f"{above}{name}.{key}"
+        yield from _places_of(key, value, f"{above}{name}.")
 
 
 def _comma_remedy(key: str) -> str:

@@ -260,7 +260,7 @@ def _flatten(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
 
 def settings_of(path: Path) -> str:
     """Settings in a netCDF file; empty if it has none."""
-    return _read_attribute(path, SETTINGS) if _is_hdf5(path) else ""
+    return read_attribute(path, SETTINGS) if _is_hdf5(path) else ""
 
 
 def _differing_keys(before: str, now: str) -> str:
@@ -300,7 +300,7 @@ def content(path: Path) -> str | None:
                 ends += file.read()
     except OSError:
         return None
-    match = MARK.fullmatch(_read_attribute(path, "history").encode()) if hdf5 else MARK.search(ends)
+    match = MARK.fullmatch(read_attribute(path, "history").encode()) if hdf5 else MARK.search(ends)
     return match[1].decode() if match else None
 
 
@@ -340,7 +340,7 @@ def _is_hdf5(path: Path) -> bool:
     return False
 
 
-def _read_attribute(path: Path, name: str) -> str:
+def read_attribute(path: Path, name: str) -> str:
     """Text attribute of a netCDF or HDF5 file; empty if it cannot be read. It is read by h5py,
     because the library of netCDF prints all its open files after a failed write."""
     import h5py

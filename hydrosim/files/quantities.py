@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable, Sized
+from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar
 
@@ -295,20 +295,6 @@ def _valid_name(name: str) -> str:
     if not NAME_PATTERN.fullmatch(name):
         raise problem(f'the name "{name}"', "letters, digits and _, beginning with a letter")
     return name
-
-
-def require_value_for_each(key: str, at: Sized, value_key: str, values: Sized) -> None:
-    """Raises a problem if the lists of two keys do not have a value each for the other."""
-    if len(at) != len(values):
-        found_text = f"{len(at)} values in {key} and {len(values)} in {value_key}"
-        raise problem(found_text, f"a {value_key} for each {key}")
-
-
-def require_value_for_each_time(times: Sized, what: str, values: Sized) -> None:
-    """Raises a problem if there is not ``what``, such as a length, for each time."""
-    if len(times) != len(values):
-        found_text = f"{len(times)} times and {len(values)} {what}s"
-        raise problem(found_text, f"{'an' if what[0] in 'ao' else 'a'} {what} for each time")
 
 
 def require_entries(value: Any) -> Any:

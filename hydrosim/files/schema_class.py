@@ -132,6 +132,8 @@ class SchemaClass(metaclass=CheckedClass):
 
     has_valid_defaults: ClassVar[bool] = False
     """Whether there is a value without any key. It needs no schema."""
+    own_keys_first: ClassVar[bool] = False
+    """Whether the keys of a file begin with those of the class, not with those of its bases."""
     key_rules: ClassVar[Rules] = ()
     """Which keys go together, besides what base classes say."""
     _schema: ClassVar[dict[str, Any]]
@@ -153,15 +155,18 @@ class SchemaClass(metaclass=CheckedClass):
         """Its fields by their names, in the order of their declaration."""
         if "fields" not in cls._schema:
             hints = get_type_hints(cls, include_extras=True)
+            ordered = list(dataclasses.fields(cls))
+            if cls.own_keys_first:
+                ordered.sort(key=lambda field: field.name not in vars(cls)["__annotations__"])
             cls._schema["fields"] = {
                 field.name: FieldInfo.from_annotated_attribute(hints[field.name], field)
-                for field in dataclasses.fields(cls)
+                for field in ordered
             }
         fields: dict[str, FieldInfo] = cls._schema["fields"]
         return fields
 
     @classmethod
-    def build_from(cls, source: Any, **values: Any) -> Self:
+    def build_from(cls, source: Any, /, **values: Any) -> Self:
         """One with the values that a ``source`` has of its fields, and other values. They were
         checked and are not checked again."""
         made = cls._made_of_defaults()
@@ -217,7 +222,8 @@ class SchemaClass(metaclass=CheckedClass):
         return f"{type(self).__name__}({', '.join(values)})"
 
     def __hash__(self) -> int:
-        return hash(type(self))
+        values = (getattr(self, field.name) for field in dataclasses.fields(self))
+        return hash((type(self), *(x for x in values if isinstance(x, str | float))))
 
     def as_written(self, key: str) -> Any:
         """The value of a key in the form that a file gives it in."""

@@ -76,7 +76,7 @@ LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e15}  # squ
 
 # Products and quotients of names with small powers: pint would evaluate any other expression.
 _FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"
-UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")
+UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·.]\s*|\s+){_FACTOR})*")
 SIGNED, UNSIGNED = (
     rf"^\s*{sign}(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s*[^\d\s].*)?$" for sign in ("[-+]?", "\\+?")
 )
@@ -370,7 +370,7 @@ def _known_unit(unit: str) -> Any:
     import pint
 
     try:
-        return registry().parse_units(unit)
+        return registry().parse_units(unit.replace(".", "*"))
     except pint.PintError:
         raise ValueError(f'"{unit}" has a unit that is not known') from None
 
@@ -398,4 +398,5 @@ def registry() -> Any:
 
     units: Any = pint.UnitRegistry(on_redefinition="ignore")
     units.define(f"tonne_force = {TONNE_FORCE} newton = tf")
+    units.define("@alias tonne = te")
     return units

@@ -45,6 +45,15 @@ class RunAccessor:
     def __init__(self, run: xr.Dataset) -> None:
         self._run = run
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> None:
+            methods = ", ".join(name for name in dir(type(self)) if not name.startswith("_"))
+            raise AttributeError(
+                f"run.hydrosim has no {name!r}; it has {methods}. Variables are those of the run"
+                " itself, such as run.position."
+            )
+
     def __repr__(self) -> str:
         from hydrosim.results.dataset import is_part
 

@@ -9,7 +9,7 @@ from math import degrees, pi, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hydrosim.case import Case, load_case
+from hydrosim.case import Case, as_case
 from hydrosim.case.lines.chains import is_mooring_file, read_mooring_system
 from hydrosim.errors import InputError
 from hydrosim.files import arguments
@@ -17,6 +17,7 @@ from hydrosim.files.display_units import DEFAULT, Units, unit_choice_attribute, 
 from hydrosim.files.outputs import Output
 from hydrosim.interface.printed import PrintedResult
 from hydrosim.results.dataset import write_run
+from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene
 
 if TYPE_CHECKING:
@@ -31,16 +32,21 @@ Report = Callable[[str], None]
 
 
 class Task(NamedTuple):
-    """What any analysis is told: the ``case`` or file, and where results go."""
+    """What any analysis is told: the ``case``, scene or file, and where results go."""
 
     case: Any
     output: arguments.Target
     overwrite: bool
     progress: Report
 
+    @property
+    def scene(self) -> Scene:
+        """The scene of the case."""
+        return self.case if isinstance(self.case, Scene) else as_case(self.case).scene()
+
 
 def analyse(
-    case: Case | str | Path,
+    case: Case | Scene | str | Path,
     *,
     line: str | bool = False,
     ballast: bool = False,
@@ -67,14 +73,14 @@ def analyse(
     kinds = [name for name, choice in named if choice]
     if len(kinds) > 1:
         raise InputError(f"{', '.join(kinds)}: found several; expected one of them.")
-    of_lines = not isinstance(case, Case) and is_file_of_lines(Path(case))
+    of_lines = isinstance(case, str | Path) and is_file_of_lines(Path(case))
     kind = kinds[0] if kinds else "line" if of_lines else "linear"
     if of_lines and kind != "line":
         raise InputError(f"{kind}: found {case}, which is no case; expected a case.")
     if kind == "line":
         options["name"] = line if isinstance(line, str) and line != ALL_LINES else None
-    elif not isinstance(case, Case):
-        case = load_case(case)
+    elif not isinstance(case, Scene):
+        case = as_case(case)
     analysis = ANALYSES[kind]
     known = [*signature(analysis).parameters][1:]
     if foreign := [name for name in options if name not in known]:
@@ -124,7 +130,7 @@ def _analyse_linearly(
         contacts=state,
     )
     task.progress("linear analysis")
-    scene = task.case.scene()
+    scene = task.scene
     with arguments.lock_of(result):
         dataset = linear_analysis(scene, request)
         if result:
@@ -146,8 +152,10 @@ def _analyse_line(
     from hydrosim.report.charts.analysis import draw_line
     from hydrosim.report.sentences.analysis import line_document
 
-    file = task.case.path if isinstance(task.case, Case) else Path(task.case)
-    arguments.require_file(file, EXPECTED_FILE)
+    case = task.case
+    file = case.path if isinstance(case, Case) else Path(getattr(case, "title", case))
+    if not isinstance(case, Scene):
+        arguments.require_file(file, EXPECTED_FILE)
     largest = (
         None if offset is None else arguments.quantity("offset", offset, "length", "m", "20 m")
     )
@@ -158,7 +166,7 @@ def _analyse_line(
     )
     task.progress("lines")
     with arguments.lock_of(page):
-        title, lines, units, left_out = _lines_of(task.case)
+        title, lines, units, left_out = _lines_of(task)
     chosen = _choose_line(file, lines, name)
     offsets = offsets_to(largest or chosen.usual_offset())
     responses = (response(chosen, offsets, False), response(chosen, offsets, True))
@@ -170,18 +178,19 @@ def _analyse_line(
     return PrintedResult(document, None, _paths(page))
 
 
-def _lines_of(case: Case | str | Path) -> tuple[str, list[StillLine], Units, list[str]]:
+def _lines_of(task: Task) -> tuple[str, list[StillLine], Units, list[str]]:
     """Title, lines and units of a case, with its bodies as they are at the start, or of a file of
     another program; and what of that file is left out."""
     from hydrosim.analysis.line import lines_of_case, lines_of_system
     from hydrosim.compile.compile import compile_in_calm
     from hydrosim.files.text import Source
 
-    if not isinstance(case, Case) and is_file_of_lines(Path(case)):
+    case = task.case
+    if isinstance(case, str | Path) and is_file_of_lines(Path(case)):
         system = read_mooring_system(Source(Path(case)))
         left_out = [entry.message for entry in system.left_out]
         return Path(case).name, lines_of_system(system), DEFAULT, left_out
-    scene = (case if isinstance(case, Case) else load_case(case)).scene()
+    scene = task.scene
     return scene.title, lines_of_case(compile_in_calm(scene)), units_of(scene.source), []
 
 
@@ -219,11 +228,11 @@ def _analyse_ballast(
             f"heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
             ' A number without a unit is in rad: write "5 deg".'
         )
-    scene = task.case.scene()
+    scene = task.scene
     bodies = [body.name for body in scene.bodies if body.tanks]
     if not bodies:
         raise InputError(
-            f"{task.case.path}: no body has tanks; expected at least one. Add them under"
+            f"{scene.title}: no body has tanks; expected at least one. Add them under"
             " bodies.NAME.tanks."
         )
     if body is not None and body not in bodies:
@@ -307,6 +316,10 @@ def _output(
     suffix: str = ".nc",
 ) -> Output | None:
     case = task.case
+    if isinstance(case, Scene):
+        if task.output in (None, False):
+            return None
+        raise InputError("output: found a scene; expected a case, whose file names results.")
     return arguments.output_for(
         task.output,
         f"{case.path.stem}_{name}",

@@ -6,16 +6,13 @@ xarray loads this module, as an entry point of the package, before it opens its 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import xarray as xr
 from xarray.backends import BackendEntrypoint
 
 from hydrosim.interface import accessor  # noqa: F401  it registers `run.hydrosim`
-from hydrosim.results.runs_file import index_by_seed
 
 
 class ResultBackend(BackendEntrypoint):
@@ -33,12 +30,9 @@ class ResultBackend(BackendEntrypoint):
     ) -> xr.Dataset:
         """Dataset that reads from the file when asked; times are in seconds. Runs of a set are
         selected by ``sel(seed=7)``."""
-        path = Path(os.fspath(filename_or_obj))
+        from hydrosim.results.runs_file import index_by_seed  # slow to load with every xarray
+
         result = xr.open_dataset(
-            path, engine="netcdf4", decode_times=False, drop_variables=drop_variables
+            filename_or_obj, engine="netcdf4", decode_times=False, drop_variables=drop_variables
         )
         return index_by_seed(result)
-
-    def guess_can_open(self, filename_or_obj: Any) -> bool:
-        """False: the engine netcdf4 opens the same files if none is named."""
-        return False

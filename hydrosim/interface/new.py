@@ -90,8 +90,8 @@ def _examples_folder() -> Path:
 
 
 def _example_files(home: Path, folder: Path) -> list[Path]:
-    """Case files and studies of a folder, and all files that they name."""
-    waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")]
+    """Case files, studies and the README of a folder, and all files that the former name."""
+    waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml"), folder / "README.md"]
     paths = set[Path]()
     while waiting:
         path = waiting.pop().resolve()
@@ -187,7 +187,7 @@ hull:
   length: {box:.6g} m
   beam: {beam:g} m
   draught: {draught:g} m
-  panels: {panel:.3g} m  # smaller panels are nearer to the truth, and take longer
+  panels: {panel:.3g} m  # twice as large takes a tenth of the time, and is enough for a first look
 water: {{density: {density:g} kg/m^3, depth: {depth}}}
 centre_of_gravity: [0 m, 0 m, {z:.6g} m]  # {kg_note}
 radii_of_gyration: [{radii}]  # ESTIMATE: 0.35 B, 0.25 L, {yaw:.2g} L

@@ -65,6 +65,11 @@ def study(
     waiting times. ``resume`` continues one that was killed or interrupted. With ``output``, files
     are written as by `hydrosim study`; without, runs are kept in memory.
     """
+    if not isinstance(file, str | os.PathLike):
+        raise InputError(
+            "file: found no name of a file; expected one, such as study.yaml. Cases that are made"
+            " in Python are run by hs.simulate_many(cases)."
+        )
     file = Path(file)
     where = Destination(output, resume, overwrite)
     if read_study(file).operability is None:

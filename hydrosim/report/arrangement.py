@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.elements.line.winch import Winch
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Drawing, Node
@@ -19,6 +18,7 @@ from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
+from hydrosim.scene.winch import Winch
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
@@ -25,8 +24,7 @@ from hydrosim.report.sentences import run as run_sentences
 from hydrosim.report.sentences.limits import limits_document
 from hydrosim.report.sentences.study import study_document
 from hydrosim.results.dataset import RUN_FILE_HINT, ResultKind, kind_of, read_run
-from hydrosim.results.runs_file import RUN, open_runs
-from hydrosim.results.validation import check_result
+from hydrosim.results.runs_file import RUN, open_result, open_runs
 from hydrosim.scene import Scene
 
 # Evidence about what the scene of a run uses.
@@ -172,8 +170,11 @@ def report_of(path: Path) -> Document:
     """Document that presents the result in the netCDF file ``path``. The result is a run, many
     runs, limits of operation or a comparison. Raises InputError if the file holds none of
     these."""
-    other = _result_document(path)
-    return run_document(read_run(path, EXPECTED_RESULTS)) if other is None else other
+    result = open_result(path, RESULT_DOCUMENTS)
+    if result is None:
+        return run_document(read_run(path, EXPECTED_RESULTS))
+    with result:
+        return document_of(result)
 
 
 def document_of(dataset: xr.Dataset, replay: bool = False) -> Document:
@@ -191,18 +192,3 @@ def replay_of(path: Path) -> Document:
             " result of `hydrosim run`. `hydrosim report` shows studies."
         )
     return replay_document(read_run(path))
-
-
-def _result_document(path: Path) -> Document | None:
-    """Document of a result that is not a run; None if the file is of another kind."""
-    if not os.path.isfile(path):
-        return None
-    try:
-        dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
-    except (OSError, ValueError, RuntimeError):
-        return None
-    with dataset:
-        if kind_of(dataset) in RESULT_DOCUMENTS:
-            check_result(path, dataset)
-            return document_of(dataset)
-    return None

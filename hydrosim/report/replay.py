@@ -9,7 +9,6 @@ import numpy as np
 
 from hydrosim.dofs import about_z
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.winch import Winch
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -22,6 +21,7 @@ from hydrosim.results.channels import COORDINATE_LINKS
 from hydrosim.scene import Cylindrical, Hinge, Rod, Scene, Slider, Universal
 from hydrosim.scene.contacts import Contact, Fender, Landing
 from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
+from hydrosim.scene.winch import Winch
 
 if TYPE_CHECKING:
     import xarray as xr

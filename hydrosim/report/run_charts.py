@@ -18,6 +18,7 @@ from hydrosim.files.series import units_along
 from hydrosim.results import phases
 from hydrosim.results.channels import (
     COORDINATE_LINKS,
+    TENSIONS,
     channel_names,
     channel_series,
     group_by_size,
@@ -95,7 +96,6 @@ VARIABLES = {
     "guide_force": ChartedVariable("Force of guides", "guide force", "N"),
     "wave_elevation_at_probe": ChartedVariable("Waves at probes", "wave elevation", "m"),
 }
-TENSIONS = ("spring_tension", "line_tension", "winch_tension", "compensator_tension")
 ENVIRONMENT = ("wave_elevation", "wind_speed")
 LINKS = (
     *LINK_LOADS,

@@ -74,17 +74,11 @@ CAPABLE = {
 compared with it."""
 LINES = ("spring", "line", "winch", "compensator")
 """Units that pull."""
-TENSIONS = (
-    "spring_tension",
-    "winch_tension",
-    "compensator_tension",
-    "line_tension",
-    "line_anchor_tension",
-    "line_grounded",
-)
+TENSIONS = tuple(CAPABLE[dim] for dim in LINES)
 NEVER_NEGATIVE = (
     "fender_normal_force",
     *TENSIONS,
+    *("line_anchor_tension", "line_grounded"),
     "offset",
     "speed",
     "relative_speed",
@@ -141,7 +135,17 @@ def unknown_channel_message(run: xr.Dataset, name: str) -> str:
     text = (
         f"found {name}; expected a channel of the run: {', '.join(_names_to_show(name, channels))}"
     )
-    return with_hint(text, suggestion(name, channels))
+    return with_hint(text, _channel_hint(name, channels))
+
+
+def _channel_hint(name: str, channels: Sequence[str]) -> str:
+    """Question with the channel that was probably meant: of a similar name, or of the same label
+    and, if there is one, a kind with the same word."""
+    kind, _, label = name.rpartition(".")
+    alike = [channel for channel in channels if channel.endswith(f".{label}")]
+    channel = next((channel for channel in alike if kind in channel), next(iter(alike), ""))
+    similar = suggestion(name, channels)
+    return similar or (f'did you mean "{channel}"?' if channel else "")
 
 
 def default_channels(run: xr.Dataset) -> list[str]:
@@ -163,7 +167,7 @@ def match_channels(names: Iterable[str], patterns: Sequence[str], option: str) -
         if not any(fnmatchcase(name, pattern) for name in channels):
             names_text = ", ".join(_names_to_show(pattern, channels))
             text = f"{option}: found {pattern}; expected one of: {names_text}"
-            raise InputError(with_hint(text, suggestion(pattern, channels)))
+            raise InputError(with_hint(text, _channel_hint(pattern, channels)))
     return [name for name in channels if _matches_any(name, patterns)]
 
 

@@ -95,21 +95,14 @@ class ResultKind(StrEnum):
     EXTREMES = "extremes over seeds"
 
 
-RUN_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
-REQUIRED_NAMES: dict[ResultKind, tuple[set[str], set[str]]] = {
-    ResultKind.SET: ({"run"}, {"status"}),
-    ResultKind.STUDY: ({"run"}, {"status"}),
-    ResultKind.OPERABILITY: (
-        {"stage", "swell", "heading", "peak_period"},
-        {"limit", "low", "high", "governing"},
-    ),
-    ResultKind.COMPARISON: ({"channel"}, {"ours", "recorded", "residual", "verdict"}),
-    ResultKind.SET_COMPARISON: (
-        {"channel"},
-        {"ours", "theirs", "difference", "low", "high", "chance", "differs"},
-    ),
-    ResultKind.ANALYSIS: ({"mode"}, {"rao_amplitude"}),
-    ResultKind.RUN: ({"time"}, {*RUN_VARIABLES}),
+REQUIRED_NAMES: dict[ResultKind, str] = {
+    ResultKind.SET: "run status",
+    ResultKind.STUDY: "run status",
+    ResultKind.OPERABILITY: "stage swell heading peak_period limit low high governing",
+    ResultKind.COMPARISON: "channel ours recorded residual verdict",
+    ResultKind.SET_COMPARISON: "channel ours theirs difference low high chance differs",
+    ResultKind.ANALYSIS: "mode rao_amplitude",
+    ResultKind.RUN: "position wave_elevation energy_kinetic energy_residual",
 }
 """Dimensions and variables of the kinds that are shown. A file of an earlier version, which does
 not state its kind, is recognised by them."""
@@ -118,8 +111,9 @@ not state its kind, is recognised by them."""
 def kind_of(dataset: xr.Dataset) -> str:
     """Kind of a result, by its attribute; empty if it is none, or lacks names of its kind."""
     stated = dataset.attrs.get(KIND)
-    for kind, (dims, names) in REQUIRED_NAMES.items():
-        if stated in (None, kind) and dims <= {*dataset.dims} and names <= {*dataset.variables}:
+    names = {*dataset.dims, *dataset.data_vars}
+    for kind, required in REQUIRED_NAMES.items():
+        if stated in (None, kind) and names.issuperset(required.split()):
             return kind
     return "" if stated in REQUIRED_NAMES else str(stated or "")
 
@@ -157,16 +151,15 @@ def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
 
 def load_result(path: Path, decode_times: bool = True) -> xr.Dataset:
     """All variables of a netCDF file, in memory, with those of the group `restart` of a run."""
-    import netCDF4
     import xarray as xr  # slow to load
 
-    result = xr.load_dataset(path, engine="netcdf4", decode_times=decode_times)
-    with netCDF4.Dataset(path) as file:
-        has_restart = RESTART in file.groups
-    if not has_restart:
-        return result
-    continuation = xr.load_dataset(path, group=RESTART, engine="netcdf4", decode_times=decode_times)
-    return result.merge(continuation, join="exact", combine_attrs="override")
+    # the file is opened once: the library may fail where it is opened again
+    groups = xr.open_groups(path, engine="netcdf4", decode_times=decode_times)
+    with groups.pop("/") as root:
+        result = root.load()
+        for group in groups.values():
+            result = result.merge(group.load(), join="exact", combine_attrs="override")
+    return result
 
 
 def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
@@ -178,7 +171,7 @@ def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
         run = load_result(path)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
-    missing = [name for name in RUN_VARIABLES if name not in run]
+    missing = [name for name in REQUIRED_NAMES[ResultKind.RUN].split() if name not in run]
     if missing:
         found_text = f"is netCDF without {', '.join(missing)}"
         if (made := content(path) or "").startswith(REPORTED_KINDS):
@@ -211,14 +204,3 @@ def is_part(run: xr.Dataset) -> bool:
     if None in ends:
         return False
     return run.time.size == 0 or run.time.values[[0, -1]].tolist() != ends
-
-
-def status_of(path: Path) -> str | None:
-    """Status of the run in a file; None if there is no run."""
-    import xarray as xr  # slow to load
-
-    try:
-        with xr.open_dataset(path, engine="netcdf4") as run:
-            return str(run.attrs.get("status"))
-    except (OSError, ValueError, RuntimeError):
-        return None

@@ -16,6 +16,7 @@ from hydrosim.errors import InputError
 from hydrosim.integrate.names import memory_names
 from hydrosim.multibody.kinematics import new_motion, place_bodies
 from hydrosim.multibody.tree import NO_TREE
+from hydrosim.results.variables import describe_values
 from hydrosim.water.radiation.history import NOW, THEN, VelocityHistory, append_node
 
 if TYPE_CHECKING:
@@ -145,16 +146,14 @@ def encode_history(
     points = np.arange(oldest, newest + 1)
     time = history.begin[0] + points * history.step
     coords: dict[str, object] = {
-        "memory_row": ("memory_row", list(HISTORY_ROWS), {"long_name": "remembered quantity"}),
-        "memory_dof": ("memory_dof", memory_names(scene, model), {"long_name": "coordinate"}),
-        "memory_time": ("memory_time", time, {"units": "s", "long_name": "time"}),
-        "memory_node_row": ("memory_node_row", list(NODE), {"long_name": "remembered quantity"}),
-        "memory_node_time": ((), history.time[THEN], {"units": "s", "long_name": "time"}),
-        "memory_begin": ((), history.begin[0], {"units": "s", "long_name": "time of point 0"}),
-        "memory_origin": (
-            (),
-            history.place[3],
-            {"long_name": "index of the point at which integrals begin"},
+        "memory_row": describe_values("memory_row", list(HISTORY_ROWS), "remembered quantity"),
+        "memory_dof": describe_values("memory_dof", memory_names(scene, model), "coordinate"),
+        "memory_time": describe_values("memory_time", time, "time", "s"),
+        "memory_node_row": describe_values("memory_node_row", list(NODE), "remembered quantity"),
+        "memory_node_time": describe_values((), history.time[THEN], "time", "s"),
+        "memory_begin": describe_values((), history.begin[0], "time of point 0", "s"),
+        "memory_origin": describe_values(
+            (), history.place[3], "index of the point at which integrals begin"
         ),
     }
     past = history.grid[:, dofs][:, :, first + newest - points]

@@ -37,7 +37,7 @@ from hydrosim.results.dataset import RECORDED
 from hydrosim.results.ledger import check_balance
 from hydrosim.results.phases import add_stage_results, group_phases
 from hydrosim.results.run_data import new_run_data
-from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
+from hydrosim.results.variables import EARTH_FRAME, describe, describe_values, unit_coordinates
 from hydrosim.water.components import WaveComponents
 from hydrosim.water.loads import elevations
 from hydrosim.water.radiation import VelocityHistory, input_rates
@@ -156,15 +156,13 @@ def _state_columns(
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
     coords: dict[str, object] = {
-        "state_time": ("state_time", time, {"units": "s", "long_name": "time"}),
-        "state": ("state", layout.names(), {"long_name": "name of the state"}),
-        "state_kind": ("state", layout.kinds(), {"long_name": "kind of the state"}),
-        "state_owner": ("state", layout.owners(), {"long_name": "body, unit or row of the state"}),
+        "state_time": describe_values("state_time", time, "time", "s"),
+        "state": describe_values("state", layout.names(), "name of the state"),
+        "state_kind": describe_values("state", layout.kinds(), "kind of the state"),
+        "state_owner": describe_values("state", layout.owners(), "body, unit or row of the state"),
         **({"radiation_dof": ("radiation_dof", [*remembered])} if remembered else {}),
-        "state_component": (
-            "state",
-            layout.components(),
-            {"long_name": "component that the state describes"},
+        "state_component": describe_values(
+            "state", layout.components(), "component that the state describes"
         ),
     }
     states: kinds.Columns = {
@@ -273,7 +271,7 @@ def _ledger_values(
 
 
 def _scene_coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
-    along_time = ("time", time, {"units": "s", "long_name": "time since the start"})
+    along_time = describe_values("time", time, "time since the start", "s")
     return {"time": along_time, **fixed_coordinates(scene)}
 
 
@@ -281,9 +279,9 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
     """Coordinates of the bodies, contacts, springs and points of a scene. Every run of the scene
     has them."""
     return {
-        "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
-        "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
-        "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
+        "body": describe_values("body", [b.name for b in scene.bodies], "body"),
+        "dof": describe_values("dof", list(DOFS), "degree of freedom"),
+        "axis": describe_values("axis", ["x", "y", "z"], "axis of the frame"),
         **{name: of for kind in ELEMENT_KINDS for name, of in kind.coordinates(scene).items()},
         **coordinates(scene),
         **(_probe_places(scene) if scene.wave_probes else {}),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import netCDF4
     import xarray as xr
 
+SETS_OF_RUNS = (ResultKind.SET, ResultKind.STUDY)
 RUN = "run"
 NOT_RUN = "not run"
 COMPLETE = "complete"
@@ -36,30 +37,35 @@ TEXTS = {
 }
 
 
-def open_runs(path: Path) -> xr.Dataset | None:
-    """Runs in a netCDF file of many runs; None if the file is of another kind."""
+def open_result(path: Path, kinds: Collection[str]) -> xr.Dataset | None:
+    """Result of one of these ``kinds`` in a netCDF file; None if the file holds none of them."""
     if not os.path.isfile(path):
         return None
     import xarray as xr  # slow to load
 
     try:
-        runs = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+        result = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, ValueError, RuntimeError):
         return None
-    if is_of_runs(runs):
+    if kind_of(result) in kinds:
         from hydrosim.results.validation import check_result  # loads the models of cases
 
-        check_result(path, runs)
-        return index_by_seed(runs)
-    runs.close()
+        check_result(path, result)
+        return index_by_seed(result)
+    result.close()
     return None
+
+
+def open_runs(path: Path) -> xr.Dataset | None:
+    """Runs in a netCDF file of many runs; None if the file is of another kind."""
+    return open_result(path, SETS_OF_RUNS)
 
 
 def index_by_seed(runs: xr.Dataset) -> xr.Dataset:
     """Runs that `sel(seed=7)` selects by their seeds; other datasets as they are, and files of
     earlier versions that have a seed for each wave train."""
     has_seed = "seed" in runs.coords and runs.seed.dims == (RUN,)
-    return runs.set_xindex("seed") if has_seed and is_of_runs(runs) else runs
+    return runs.set_xindex("seed") if has_seed else runs
 
 
 def with_keys(runs: xr.Dataset) -> xr.Dataset:
@@ -76,7 +82,7 @@ def with_keys(runs: xr.Dataset) -> xr.Dataset:
 
 def is_of_runs(dataset: xr.Dataset) -> bool:
     """Whether a dataset holds many runs."""
-    return kind_of(dataset) in (ResultKind.SET, ResultKind.STUDY)
+    return kind_of(dataset) in SETS_OF_RUNS
 
 
 class RunsWriter:

@@ -7,7 +7,7 @@ the attribute `purpose: restart`, and a group `restart` in the file of a run.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -138,6 +138,13 @@ def quantity_attributes(long_name: str, units: str = "") -> dict[str, str]:
     return {"long_name": name, **units_of(units)}
 
 
+def describe_values(
+    dims: str | Sequence[str], values: Any, long_name: str, units: str = ""
+) -> tuple[Any, ...]:
+    """Variable for a dataset, with `quantity_attributes`."""
+    return dims, values, quantity_attributes(long_name, units)
+
+
 def unit_coordinates(
     data: Mapping[str, tuple[tuple[str, ...], Any]], coords: Mapping[str, Any]
 ) -> dict[str, object]:
@@ -193,8 +200,9 @@ def describe(dataset: xr.Dataset) -> None:
             array.attrs[PURPOSE] = RESTART
 
 
-def describe_coordinates(dataset: xr.Dataset) -> None:
-    """The long_name of every coordinate that has none."""
+def describe_coordinates(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset, with a long_name of every coordinate that had none."""
     for name in map(str, dataset.coords):
         text = LABELS.get(name, name.replace("_", " "))
         dataset.variables[name].attrs.setdefault("long_name", text)
+    return dataset

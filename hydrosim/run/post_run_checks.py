@@ -230,7 +230,7 @@ def _free_surface_warnings(scene: Scene, run: xr.Dataset) -> Iterator[str]:
     angles = np.abs(run.position.values[:, :, 3:5])
     for b, body in enumerate(scene.bodies):
         for tank in body.tanks:
-            if tank.surface == FreeSurface.FROZEN or cut_shape(tank, scene):
+            if tank.free_surface == FreeSurface.FROZEN or cut_shape(tank, scene):
                 continue
             name = f"{tank.name} of {body.name}"
             if name in names:

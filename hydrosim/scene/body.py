@@ -10,10 +10,12 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import (
     AfterValidator,
+    Discriminator,
     Field,
     SkipValidation,
     StrictBool,
     StrictStr,
+    Tag,
     model_validator,
 )
 
@@ -23,7 +25,7 @@ from hydrosim.files.key_rules import exactly_one
 from hydrosim.files.messages import suggestion
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import Quantity, problem
-from hydrosim.scene.force import LevelReached, When
+from hydrosim.scene.force import AtTime, Event, LevelReached, When, form_of
 from hydrosim.scene.hydrodynamics import (
     BODY_RADIATION,
     AutomaticRadiation,
@@ -99,31 +101,89 @@ class Plan(SchemaClass):
         return self
 
 
-@dataclass(frozen=True)
-class Tank:
-    """A tank of a body, in the database's frame, with a fluid of this ``density`` [kg/m^3];
-    ``level`` [m] is the level at the start, above the bottom."""
+@schema_class
+class TankKeys(SchemaClass):
+    """What a tank has, besides its shape."""
 
-    name: str
-    shape: TankShape
-    level: float
-    density: float = 1025.0
-    surface: FreeSurface = FreeSurface.QUASI_STATIC
-    plan: Plan | None = None
+    density: of.Density = field(default=1025.0, kw_only=True)
+    """Density of the fluid."""
+    level: of.Level = field(default=0.0, kw_only=True)
+    """Level of the fluid above the tank's bottom when the run starts."""
+    free_surface: FreeSurface = field(default=FreeSurface.QUASI_STATIC, kw_only=True)
+    """Whether the fluid's surface stays level, or is frozen to the tank."""
+    plan: Plan | None = field(default=None, kw_only=True)
+    """Levels at times, filled from or emptied to the sea."""
 
 
-@dataclass(frozen=True)
-class Pump:
-    """Moves ``rate`` [kg/s] from the ``source`` to the ``target``, from ``start`` to ``stop``. Both
-    are tanks of its body; None is the sea. ``start`` and ``stop`` are times [s], levels or events.
-    Without ``stop`` it runs until the source is empty or the target full."""
+@schema_class
+class Tank(TankKeys):
+    """A tank of a body, in the database's frame."""
 
-    name: str
-    rate: float
-    source: str | None
-    target: str | None
-    start: float | LevelReached | When = 0.0
-    stop: float | LevelReached | When | None = None
+    positional: ClassVar[tuple[str, ...]] = (
+        *("name", "shape", "level", "density", "free_surface", "plan"),
+    )
+
+    name: StrictStr
+    """Name of the tank."""
+    shape: SkipValidation[TankShape]
+    """Its shape."""
+
+
+def _flow_form(value: object) -> str:
+    if isinstance(value, LevelReached) or (isinstance(value, dict) and "tank" in value):
+        return "level"
+    return form_of(value)
+
+
+def _flow_end(end: Any) -> Any:
+    """A start or a stop of a pump as a scene has it."""
+    if isinstance(end, AtTime):
+        return end.time
+    return end.build() if isinstance(end, Event) else end
+
+
+FlowEnd = Annotated[
+    Annotated[of.Instant, Tag("time")]
+    | Annotated[AtTime, Tag("mapping")]
+    | Annotated[LevelReached, Tag("level")]
+    | Annotated[Event, Tag("event")],
+    Discriminator(_flow_form),
+]
+
+
+@schema_class
+class PumpKeys(SchemaClass):
+    """Moves fluid from its ``source`` to its ``target``: names of tanks of the body, or sea; from
+    ``start`` to ``stop``, each a time, a level or an event."""
+
+    source: StrictStr | None = field(kw_only=True)
+    """Tank that fluid is taken from, or sea. Example: fore_sb."""
+    target: StrictStr | None = field(kw_only=True)
+    """Tank that fluid is pumped to, or sea. Example: sea."""
+    rate: Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)] = field(
+        kw_only=True
+    )
+    """Mass of fluid per time."""
+    start: Annotated[
+        float | LevelReached | When, ReadAs(FlowEnd, (LevelReached, When), _flow_end)
+    ] = field(default=0.0, kw_only=True)
+    """Time, level or event at which the pump starts."""
+    stop: Annotated[
+        float | LevelReached | When | None,
+        ReadAs(FlowEnd | None, (LevelReached, When), _flow_end),
+    ] = field(default=None, kw_only=True)
+    """Time, level or event at which the pump stops. Without it the pump stops when a tank is empty
+    or full."""
+
+
+@schema_class
+class Pump(PumpKeys):
+    """A pump of a body. Where ``source`` or ``target`` is None, it is the sea."""
+
+    positional: ClassVar[tuple[str, ...]] = ("name", "rate", "source", "target", "start", "stop")
+
+    name: StrictStr
+    """Name of the pump."""
 
 
 class SecondOrder(StrEnum):
@@ -391,7 +451,7 @@ class Body(BodyKeys):
     """
 
     positional: ClassVar[tuple[str, ...]] = (
-        *("name", "mass", "inertia", "hydrodynamics", "centre_of_gravity"),
+        *("name", "mass", "inertia", "hydrodynamics", "centre_of_gravity", "location", "heading"),
     )
 
     name: StrictStr = field(kw_only=True)

@@ -23,28 +23,41 @@ from hydrosim.files.key_rules import same_length
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import Quantity, problem
 
+WaterDepth = Annotated[float, ReadAs(of.Depth, lambda value: value == np.inf)]
+"""In Python it may be the number infinity."""
+
 # Seas: spectra, regular waves, components and recorded elevations.
 
 
-@dataclass(frozen=True)
-class Jonswap:
-    """JONSWAP spectrum (Hasselmann et al. 1973) of a significant height [m] and peak period [s]."""
+@schema_class
+class PeakedSpectrum(SchemaClass):
+    """What spectra of one height and one peak have."""
 
-    significant_height: float
-    peak_period: float
-    peak_enhancement: float = 3.3
+    significant_height: of.Height
+    """Significant wave height Hs."""
+    peak_period: of.Period
+    """Period Tp of the peak of the spectrum."""
 
 
-@dataclass(frozen=True)
-class Tma:
+@schema_class
+class Jonswap(PeakedSpectrum):
+    """JONSWAP spectrum (Hasselmann et al. 1973), scaled to the significant height."""
+
+    spectrum: Literal["jonswap"] = field(default="jonswap", kw_only=True)
+    """JONSWAP spectrum."""
+    peak_enhancement: of.Peak = 3.3
+    """Peak enhancement factor gamma."""
+
+
+@schema_class
+class Tma(PeakedSpectrum):
     """JONSWAP spectrum limited by a ``water_depth`` [m] (Bouws et al. 1985), scaled to the
     significant height; ``gravity`` [m/s^2]."""
 
-    significant_height: float
-    peak_period: float
-    water_depth: float
-    peak_enhancement: float = 3.3
-    gravity: float = 9.81
+    water_depth: WaterDepth
+    peak_enhancement: of.Peak = 3.3
+    """Peak enhancement factor gamma."""
+    gravity: of.Gravity = 9.81
 
 
 @schema_class
@@ -59,31 +72,47 @@ class OchiHubblePeak(SchemaClass):
     """Sharpness lambda of this peak."""
 
 
-@dataclass(frozen=True)
-class OchiHubble:
-    """Sum of peaks of chosen sharpness (Ochi and Hubble 1976, with two peaks: swell and wind
-    sea)."""
+@schema_class
+class OchiHubble(SchemaClass):
+    """Peaks of chosen sharpness: swell and wind sea (Ochi and Hubble 1976, with two of them)."""
 
-    peaks: tuple[OchiHubblePeak, ...]
-
-
-@dataclass(frozen=True)
-class Torsethaugen:
-    """Wind sea and swell of a significant height [m] and peak period [s] (Torsethaugen and Haver
-    2004, the simplified form), for the North Sea; ``gravity`` [m/s^2]."""
-
-    significant_height: float
-    peak_period: float
-    gravity: float = 9.81
+    spectrum: Literal["ochi_hubble"] = field(default="ochi_hubble", kw_only=True)
+    """Ochi-Hubble spectrum."""
+    peaks: Annotated[tuple[OchiHubblePeak, ...], AfterValidator(of.require_entries)]
+    """Peaks of the spectrum, such as swell and wind sea."""
 
 
-@dataclass(frozen=True)
-class WhiteNoise:
-    """Constant density between two frequencies [rad/s], of a significant height [m]."""
+@schema_class
+class Torsethaugen(PeakedSpectrum):
+    """Wind sea and swell (Torsethaugen and Haver 2004, the simplified form), for the North Sea;
+    ``gravity`` [m/s^2]."""
 
-    significant_height: float
-    lowest_frequency: float
-    highest_frequency: float
+    gravity: of.Gravity = 9.81
+
+
+def check_band(low: float, high: float) -> None:
+    """Raises a problem for a band of frequencies [rad/s] whose lowest is not below the highest."""
+    if low >= high:
+        raise problem(f"a band from {low:g} to {high:g} rad/s", "lowest below highest")
+
+
+@schema_class
+class WhiteNoise(SchemaClass):
+    """Constant density between two frequencies."""
+
+    spectrum: Literal["white_noise"] = field(default="white_noise", kw_only=True)
+    """Constant density between two frequencies."""
+    significant_height: of.Height
+    """Significant wave height Hs."""
+    lowest_frequency: of.Frequency
+    """Lowest frequency with waves."""
+    highest_frequency: of.Frequency
+    """Highest frequency with waves."""
+
+    @model_validator(mode="after")
+    def _check_band(self) -> Self:
+        check_band(self.lowest_frequency, self.highest_frequency)
+        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +135,18 @@ class DirectionalTable:
     density: np.ndarray
 
 
-@dataclass(frozen=True)
-class RegularWave:
+@schema_class
+class RegularWave(SchemaClass):
     """One Airy wave: amplitude * cos(2 pi t / period + phase) at the earth's origin."""
 
-    amplitude: float
-    period: float
-    phase: float = 0.0
+    spectrum: Literal["regular"] = field(default="regular", kw_only=True)
+    """One regular wave."""
+    amplitude: of.Height
+    """Amplitude, half of the wave height."""
+    period: of.Period
+    """Wave period."""
+    phase: of.Angle = 0.0
+    """Phase of the elevation at the origin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,30 +187,56 @@ class Amplitudes(StrEnum):
     RAYLEIGH = "rayleigh"
 
 
-@dataclass(frozen=True)
-class WaveTrain:
-    """Waves of one spectrum and one mean direction.
+@schema_class
+class GrowingWaves(SchemaClass):
+    """What all waves have: the time that they take to grow."""
 
-    ``heading`` [rad] is the direction of propagation, counter-clockwise from +x (`GivenComponents`
-    and `DirectionalTable` have their own). ``ramp`` [s] is the time over which the elevation grows
-    from zero. ``repeat_period`` [s] sets the spacing of the components of a random sea, 2 pi /
-    repeat_period, so that the sea does not depend on the duration. ``spreading`` is the exponent s
-    of the distribution cos^2s of half the angle to the heading; None gives long crests.
-    """
-
-    spectrum: Spectrum
-    heading: float = 0.0
-    seed: int = 1
-    ramp: float = 0.0
-    repeat_period: float = 10800.0
-    amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
-    spreading: float | None = None
+    ramp: of.Span = field(default=0.0, kw_only=True)
+    """Time over which the waves grow from zero."""
 
 
-def check_band(low: float, high: float) -> None:
-    """Raises a problem for a band of frequencies [rad/s] whose lowest is not below the highest."""
-    if low >= high:
-        raise problem(f"a band from {low:g} to {high:g} rad/s", "lowest below highest")
+@schema_class
+class DirectedWaves(GrowingWaves):
+    """What all waves of one mean direction have: where they go to."""
+
+    heading: of.Angle = field(default=0.0, kw_only=True)
+    """Direction that the waves go to, counter-clockwise from the x axis of the earth."""
+
+
+@schema_class
+class IrregularWaves(GrowingWaves):
+    """What all random seas have. The components of a sea are 2 pi / ``repeat_period`` apart, so
+    that it does not depend on the duration."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = field(default=1, kw_only=True)
+    """Number that the random phases are drawn with. Example: 7."""
+    repeat_period: of.Period = field(default=10800.0, kw_only=True)
+    """Time after which the sea repeats. A run must not be longer."""
+    amplitudes: Amplitudes = field(default=Amplitudes.DETERMINISTIC, kw_only=True)
+    """Whether the amplitudes of components follow from the spectrum, or are Rayleigh distributed
+    about it."""
+
+
+@schema_class
+class SpreadWaves(IrregularWaves, DirectedWaves):
+    """What random seas of one mean direction have: ``spreading`` is the exponent s of directions
+    distributed as cos^2s of half the angle to the heading, one for each frequency."""
+
+    spreading: of.Sharpness | None = field(default=None, kw_only=True)
+    """Exponent s of directions that are distributed as cos^2s of half the angle to the heading.
+    Without it the sea is long-crested."""
+
+
+@schema_class
+class WaveTrain(SpreadWaves):
+    """Waves of one spectrum and one mean direction. `GivenComponents` and `DirectionalTable` have
+    headings of their own."""
+
+    positional: ClassVar[tuple[str, ...]] = (
+        *("spectrum", "heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading"),
+    )
+
+    spectrum: SkipValidation[Spectrum] = field(kw_only=True)
 
 
 # Current and wind.
@@ -393,7 +453,7 @@ class Environment(WaterProperties):
     """Water and the waves on it. ``current`` and ``wind`` act through force elements alone and do
     not change the waves. In Python there may be no gravity."""
 
-    water_depth: SkipValidation[float] = np.inf
+    water_depth: WaterDepth = np.inf
     gravity: of.GravityOrNone = 9.81
     waves: SkipValidation[tuple[WaveTrain, ...]] = ()
     current: Annotated[Current, _take_stream(Current)] = Current.build_from(Stream())

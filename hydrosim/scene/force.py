@@ -283,7 +283,10 @@ class ForceElement(SchemaClass):
         return (
             self.when is not None
             or not (self.active is None or self.active.is_built)
-            or any(isinstance(x, BaseModel) or getattr(x, "total", False) for x in parts)
+            or any(
+                isinstance(x, BaseModel | RecordedColumns) or getattr(x, "total", False)
+                for x in parts
+            )
         )
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
@@ -368,6 +371,12 @@ class Break(SchemaModel):
     time: of.Instant | None = None
     """Time at which the line parts."""
 
+    @model_validator(mode="after")
+    def _check_time(self) -> Self:
+        if self.time is not None and self.time < 0.0:
+            raise problem(f"time {self.time:g} s", "a time of the run, 0 s or later")
+        return self
+
 
 def _break_form(value: object) -> str:
     return "mapping" if isinstance(value, dict | Break) else "tension"
@@ -377,27 +386,6 @@ BreaksAt = Annotated[
     Annotated[of.ReferenceForce, Tag("tension")] | Annotated[Break, Tag("mapping")],
     Discriminator(_break_form),
 ]
-
-
-def require_one_end(breaks_at: Any, active: Active | None) -> None:
-    """Raises a problem if a line breaks, and ends its action otherwise too."""
-    if breaks_at is not None and active and active.until is not None:
-        expected = "one of them: both end the action of the line"
-        raise problem("breaks_at and active.until", expected)
-
-
-def until_it_breaks(
-    active: Active | None, breaks_at: Any, channel: str, where: BuildContext
-) -> Active | None:
-    """The time in which a line acts that breaks at a tension, which a ``channel`` has, or at a
-    time."""
-    if breaks_at is None:
-        return active
-    time = breaks_at.time if isinstance(breaks_at, Break) else None
-    tension = breaks_at.tension if isinstance(breaks_at, Break) else breaks_at
-    watched = f"{channel}.{where.key.removeprefix('forces.')}"
-    parts = When(time) if time is not None else When(0.0, watched, above=tension)
-    return replace(active, until=parts) if active else Active(until=parts)
 
 
 @schema_class
@@ -412,24 +400,27 @@ class BreakingElement(ForceElement):
 
     @model_validator(mode="after")
     def _check_end(self) -> Self:
-        require_one_end(self.breaks_at, self.active)
+        if self.breaks_at is not None and self.active and self.active.until is not None:
+            expected = "one of them: both end the action of the line"
+            raise problem("breaks_at and active.until", expected)
         return self
 
     def build_active(self, where: BuildContext) -> ForceElement:
         built = super(BreakingElement, replace(self, breaks_at=None)).build_active(where)
-        active = until_it_breaks(built.active, self.breaks_at, self.tension_channel, where)
+        if self.breaks_at is None:
+            return built
+        limit = self.breaks_at
+        parted = limit if isinstance(limit, Break) else Break(tension=limit)
+        channel = f"{self.tension_channel}.{where.key.removeprefix('forces.')}"
+        if parted.time is None:
+            until = When(channel=channel, above=parted.tension)
+        else:
+            until = When(parted.time)
+        active = replace(built.active, until=until) if built.active else Active(until=until)
         return replace(built, active=active)
 
     def is_written(self) -> bool:
         return self.breaks_at is not None or super().is_written()
-
-
-@schema_class
-class LimitedElement(ForceElement):
-    """Base of elements with a ``capacity`` [N], the allowable force of each. Forces are compared
-    with it; nothing breaks."""
-
-    capacity: float | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import field, replace
 from enum import StrEnum
-from functools import cached_property
 from math import inf, pi
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
@@ -18,6 +17,7 @@ import numpy as np
 from pydantic import StrictStr, model_validator
 
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import at_least_one, exactly_one
 from hydrosim.files.schema_class import ByKind, SchemaClass, schema_class
 from hydrosim.files.units import problem
 from hydrosim.scene.force import Active
@@ -312,6 +312,7 @@ class Slide(JointResistance):
 class JointWindow(SchemaClass):
     """Window in which a joint closes."""
 
+    key_rules = (at_least_one("gap", "speed", nothing="an empty mapping"),)
     gap: of.Length | None = None
     """The joint closes when its point on both bodies is nearer than this. A slide that it leaves
     free does not count. Example: 0.05 m."""
@@ -321,10 +322,7 @@ class JointWindow(SchemaClass):
 
     @model_validator(mode="after")
     def _check_values(self) -> Self:
-        given = self.keys_with_value("gap", "speed")
-        if not given:
-            raise problem("an empty mapping", "gap, speed, or both")
-        for key in given:
+        for key in self.keys_with_value("gap", "speed"):
             if not getattr(self, key) > 0.0:
                 raise problem(f"{key} {getattr(self, key):g}", "a value above 0")
         return self
@@ -615,7 +613,7 @@ class Ball(Joint):
     initial: BallInitial = field(default=BallInitial(), kw_only=True)
     """Rotation and angular velocity at the start."""
 
-    @cached_property
+    @property
     def resistances(self) -> Sequence[JointResistance]:
         start = zip(self.initial.rotation, self.initial.rate, strict=True)
         return [Turn(damping=self.damping, initial=TurnInitial(*at)) for at in start]
@@ -684,6 +682,9 @@ class TurningPawl(SchemaClass):
 class Ratchet(OnAxis):
     """A joint that lets one motion go one way only, and leaves all others free."""
 
+    key_rules = (
+        exactly_one("slide", "turn", nothing="no motion", expected="either slide: {} or turn: {}"),
+    )
     example: ClassVar[dict[str, Any]] = {
         "type": "ratchet",
         "body": "barge",
@@ -701,14 +702,12 @@ class Ratchet(OnAxis):
 
     @model_validator(mode="after")
     def _check_motion(self) -> Self:
-        given = self.keys_with_value("slide", "turn")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "no motion", "either slide: {} or turn: {}")
         if self.window is not None or self.breaks_at is not None:
             expected = "neither; a ratchet holds when it goes back, and lets go when it would pull"
             raise problem("a ratchet with a window or breaks_at", expected)
-        pitch = getattr(self, given[0]).pitch
-        if not pitch >= 0.0 or (given[0] == "turn" and not pitch < pi):
+        assert self.pawl is not None
+        pitch = self.pawl.pitch
+        if not pitch >= 0.0 or (self.turn is not None and not pitch < pi):
             raise problem(f"pitch {pitch:g}", "0 or more, and below 180 deg for a turn")
         return self
 

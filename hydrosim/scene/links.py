@@ -16,6 +16,7 @@ from pydantic import AfterValidator, StrictBool, StrictStr, model_validator
 from hydrosim.dofs import mirrored_vector
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import Rule, at_least_one, at_most_one, exactly_one, same_length
 from hydrosim.files.messages import Keys
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import CoordinateQuantity, CoordinateValue, problem
@@ -24,15 +25,19 @@ from hydrosim.scene.force import BreakingElement, BuildContext, ForceElement, Tu
 from hydrosim.scene.joint import Joint, MotionKind
 
 
+@schema_class
 class TwoPointElement(ForceElement):
-    """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
-    of ``anchor_body``, with a ``capacity`` [N], the allowable force, or None: their dataclasses
-    have these fields."""
+    """Base of elements from a point of their body to an anchor."""
 
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    anchor_body: str | None
-    capacity: float | None
+    point: of.Point
+    """End on the body, in the body frame."""
+    anchor: of.Point
+    """Other end, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = field(default=None, kw_only=True)
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    topside."""
+    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
+    """Allowable tension, which statistics compare with."""
 
     def restored_dofs(self) -> Collection[str]:
         return ("surge", "sway", "yaw") if self.anchor_body is None else ()
@@ -76,6 +81,7 @@ class Link(ForceElement):
 class TensionCurve(SchemaClass):
     """Tension of a spring over its extension."""
 
+    key_rules = (same_length("extension", "tension"),)
     extension: of.Extensions
     """Extensions that rise."""
     tension: of.NormalForces
@@ -83,7 +89,6 @@ class TensionCurve(SchemaClass):
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        of.require_value_for_each("extension", self.extension, "tension", self.tension)
         if not self.tension[-1]:
             raise problem("no tension at any extension", "one that rises")
         return self
@@ -93,6 +98,7 @@ class TensionCurve(SchemaClass):
 class Spring(TwoPointElement, BreakingElement, Link):
     """A line from a point of a body to an anchor, on the earth or on another body."""
 
+    key_rules = (exactly_one("stiffness", "curve", nothing="no curve"),)
     tension_channel: ClassVar[str] = "spring_tension"
     example: ClassVar[dict[str, Any]] = {
         "type": "spring",
@@ -107,13 +113,6 @@ class Spring(TwoPointElement, BreakingElement, Link):
 
     type: Literal["spring"] = field(default="spring", kw_only=True)
     """A line between a point of a body and an anchor. It carries no push."""
-    point: of.Point
-    """End of the line on the body, in the body frame."""
-    anchor: of.Point
-    """Other end of the line, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    barge."""
     length: Annotated[signal.Signal | float, ReadAs(signal.LengthOverTime, (float, signal.Signal))]
     """Length of the line without tension, or a table, recorded series or sine of it over time."""
     stiffness: of.Stiffness | None = None
@@ -122,14 +121,9 @@ class Spring(TwoPointElement, BreakingElement, Link):
     """Tension over extension, in place of stiffness."""
     damping: of.Damping = 0.0
     """Damping along the line."""
-    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
-    """Allowable tension, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        given = self.keys_with_value("stiffness", "curve")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "no curve", "either stiffness or curve")
         first = self.extension[0]
         if isinstance(self.length, float) and self.length + first <= 0.0:
             found_text = f"length {self.length:g} m and a first extension of {first:g} m"
@@ -194,13 +188,6 @@ class Compensator(TwoPointElement, Link):
 
     type: Literal["compensator"] = field(default="compensator", kw_only=True)
     """A gas spring in a line, with end stops. It carries no push."""
-    point: of.Point
-    """End on the body, in the body frame."""
-    anchor: of.Point
-    """Other end, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    topside."""
     length: of.LineLength
     """Length of the whole line in the middle of the stroke."""
     tension: of.ReferenceForce
@@ -215,8 +202,6 @@ class Compensator(TwoPointElement, Link):
     """Stiffness of line and stop beyond the stroke."""
     damping: of.Damping = field(default=0.0, kw_only=True)
     """Damping along the line."""
-    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
-    """Allowable tension, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_stroke(self) -> Self:
@@ -243,6 +228,8 @@ class ElasticLink(Link):
     ``curve``, with linear and quadratic damping. The power that one with ``absorbs`` dissipates is
     recorded."""
 
+    key_rules = (at_most_one("stiffness", "curve", expected="one of them", remedy="remove one"),)
+
     if TYPE_CHECKING:
         stiffness: Any
         curve: Any
@@ -250,9 +237,7 @@ class ElasticLink(Link):
         quadratic_damping: Any
 
     def check_law(self) -> None:
-        """Raises a problem if it has two springs, or nothing that acts."""
-        if len(self.keys_with_value("stiffness", "curve")) == 2:
-            raise problem("stiffness and curve", "one of them", "remove one")
+        """Raises a problem if nothing acts."""
         if not (self.damping or self.quadratic_damping or self.stiffness or self.curve):
             expected = "stiffness, curve, damping or quadratic_damping above 0"
             raise problem("nothing that acts", expected)
@@ -278,26 +263,25 @@ class ElasticLink(Link):
         return bool(np.any(self.force))
 
 
-def check_points(x: str, at: Sequence[float], y: str, values: Sequence[float]) -> None:
-    """Raises a problem if ``at`` and ``values`` of the keys ``x`` and ``y`` are no curve."""
-    of.require_value_for_each(x, at, y, values)
-    if len(at) < 2:
-        raise problem(f"{len(at)} points", "two or more")
+def two_or_more_points(key: str) -> Rule:
+    """A rule of keys: the list of a key has two values or more."""
+
+    def check(curve: Any) -> None:
+        if len(points := getattr(curve, key)) < 2:
+            raise problem(f"{len(points)} points", "two or more")
+
+    return check
 
 
 @schema_class
 class StrutCurve(SchemaClass):
     """Force of a strut over its extension; straight lines, the outer ones continued."""
 
+    key_rules = (same_length("extension", "force"), two_or_more_points("extension"))
     extension: of.Extensions
     """Extensions that rise, beyond the length."""
     force: tuple[of.Force, ...]
     """Force at each extension: tension above 0, compression below."""
-
-    @model_validator(mode="after")
-    def _check_curve(self) -> Self:
-        check_points("extension", self.extension, "force", self.force)
-        return self
 
     def points(self) -> Points:
         """Its extensions and forces."""
@@ -323,13 +307,6 @@ class Strut(TwoPointElement, ElasticLink):
     type: Literal["strut", "power_take_off"] = field(default="strut", kw_only=True)
     """A spring and damper along a line, which pushes and pulls. A power_take_off is the same with
     its absorbed power recorded."""
-    point: of.Point
-    """End on the body, in the body frame."""
-    anchor: of.Point
-    """Other end, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    topside."""
     length: of.LineLength | None = None
     """Length at which the spring has no force. Without it, the length at rest."""
     stiffness: of.EitherStiffness | None = field(default=None, kw_only=True)
@@ -361,15 +338,11 @@ class Strut(TwoPointElement, ElasticLink):
 class TorsionCurve(SchemaClass):
     """Moment of a torsion spring over its angle; straight lines, the outer ones continued."""
 
+    key_rules = (same_length("angle", "moment"), two_or_more_points("angle"))
     angle: of.Angles
     """Angles that rise, beyond the neutral one."""
     moment: tuple[of.Moment, ...]
     """Moment against the twist at each angle."""
-
-    @model_validator(mode="after")
-    def _check_curve(self) -> Self:
-        check_points("angle", self.angle, "moment", self.moment)
-        return self
 
     def points(self) -> Points:
         """Its angles and moments."""
@@ -489,6 +462,13 @@ class CoordinateElement(Link):
     """Base of elements along any coordinate. Values are in metres and newtons along a line, in
     radians and newton metres about an axis."""
 
+    key_rules = (
+        exactly_one(
+            *("point", "axis", "joint"),
+            nothing="no coordinate",
+            expected="one: point and anchor, axis, or joint",
+        ),
+    )
     body: StrictStr | None = None  # type: ignore[assignment]
     """Body that it acts on; of a joint this is left out. Example: barge."""
     point: of.Point | None = field(default=None, kw_only=True)
@@ -511,12 +491,10 @@ class CoordinateElement(Link):
     @model_validator(mode="after")
     def _check_coordinate(self) -> Self:
         wanted = "point and anchor, axis, or joint"
-        given = self.keys_with_value("point", "axis", "joint")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "no coordinate", f"one: {wanted}")
+        (given,) = self.keys_with_value("point", "axis", "joint")
         belong = {"point": ("anchor", "anchor_body"), "axis": ("to",), "joint": ("motion",)}
         for form, keys in belong.items():
-            for key in self.keys_with_value(*keys) if form != given[0] else ():
+            for key in self.keys_with_value(*keys) if form != given else ():
                 raise problem(f"{key} without {form}", wanted)
         if self.point is not None and self.anchor is None:
             raise problem("point without anchor", wanted)
@@ -577,6 +555,7 @@ class CoordinateElement(Link):
 class Stop(CoordinateElement):
     """End stops of a distance, a twist or a motion of a joint. They never pull."""
 
+    key_rules = (at_least_one("lowest", "highest", nothing="no stop"),)
     example: ClassVar[dict[str, Any]] = {
         "type": "stop",
         "body": "barge",
@@ -601,8 +580,6 @@ class Stop(CoordinateElement):
 
     @model_validator(mode="after")
     def _check_ends(self) -> Self:
-        if not self.keys_with_value("lowest", "highest"):
-            raise problem("no stop", "lowest, highest, or both")
         for key in self.keys_with_value("lowest", "highest") if self.point is not None else ():
             if getattr(self, key) <= 0.0:
                 found_text = f"{key} {getattr(self, key):g}"
@@ -710,15 +687,11 @@ class DryFriction(CoordinateElement):
 class LoadCurve(SchemaClass):
     """Load of a spring over the place from where it is neutral; the outer lines are continued."""
 
+    key_rules = (same_length("place", "load"),)
     place: Annotated[tuple[Place, ...], of.RISING, AfterValidator(of.require_two_entries)]
     """Places that rise."""
     load: tuple[Load, ...]
     """Load against the motion at each place."""
-
-    @model_validator(mode="after")
-    def _check_curve(self) -> Self:
-        of.require_value_for_each("place", self.place, "load", self.load)
-        return self
 
     def points(self) -> Points:
         """Its places and loads."""

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Generic
 
@@ -17,6 +17,7 @@ from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import value_for_each_time
 from hydrosim.files.quantities import SchemaModel, T
+from hydrosim.files.schema_class import SchemaClass, schema_class
 from hydrosim.files.series import Series, read_series
 from hydrosim.files.text import Source, require_usual
 from hydrosim.files.units import AnyQuantity, Scale, factor, is_same_dimension, problem, value_text
@@ -120,7 +121,8 @@ class TableOverTime(SchemaModel, Generic[T]):
     """Force at each time, with straight lines between."""
 
 
-class RecordedColumns(SchemaModel):
+@schema_class
+class RecordedColumns(SchemaClass):
     """Columns of a file, added together and multiplied by a factor; the file is the run of ``case``
     if that is given."""
 
@@ -133,7 +135,7 @@ class RecordedColumns(SchemaModel):
         tuple[pydantic.StrictStr | pydantic.StrictInt, ...],
         of.one_or_more(pydantic.StrictStr | pydantic.StrictInt),
         pydantic.AfterValidator(of.require_entries),
-    ]
+    ] = field(kw_only=True)
     """Column or list of columns to add up: names or numbers. Example: My."""
     factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None
     """Factor with a unit that the series is multiplied by."""
@@ -155,7 +157,7 @@ class HarmonicEntry(SchemaModel, Generic[T]):
 def _form_tag(value: object) -> str:
     """Which of the forms a value in a case file has."""
     if not isinstance(value, dict):
-        return "values"
+        return "recorded" if isinstance(value, RecordedColumns) else "values"
     if {"file", "column"} & value.keys():
         return "recorded"
     return "table" if {"time", "force"} & value.keys() else "harmonic"

@@ -305,11 +305,9 @@ def criteria_of(run: xr.Dataset) -> list[Criterion]:
 
 def judge_study(plans: Sequence[PlanRuns]) -> list[JudgedCriterion]:
     """Each criterion of a study over all of its runs."""
-    by_name: dict[str, list[JudgedCriterion]] = {}
-    for plan in plans:
-        for judged in judge_plan(plan):
-            by_name.setdefault(judged.worst.name, []).append(judged)
-    return [_merge_combinations(judged) for judged in by_name.values()]
+    judged = [criterion for plan in plans for criterion in judge_plan(plan)]
+    names = dict.fromkeys(criterion.worst.name for criterion in judged)
+    return [_merge_combinations([j for j in judged if j.worst.name == name]) for name in names]
 
 
 def judge_plan(plan: PlanRuns) -> Iterator[JudgedCriterion]:

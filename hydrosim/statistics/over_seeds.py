@@ -9,21 +9,22 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, unit_of_dof, units_of
+from hydrosim.files.series import unit_of
 from hydrosim.files.text import escape_unprintable
-from hydrosim.results.channels import lowest_value
+from hydrosim.results.channels import LINES, lowest_value
 from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import KEY, RUN
 from hydrosim.results.validation import DESIGN
-from hydrosim.results.variables import LABELS
+from hydrosim.results.variables import LABELS, OF_CHANNEL, quantity_attributes
 from hydrosim.statistics import effects, gumbel
 from hydrosim.statistics.effects import EffectRow, PlanRuns, combinations, plans
 from hydrosim.statistics.figures import SIDE_ATTRIBUTE, JudgedCriterion, judge_plan
@@ -32,9 +33,7 @@ from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, NAM
 
 # Ends: smallest and largest value of every channel in each run of a study.
 
-UNIT_DIMS = ("fender", "spring", "line", "winch", "compensator")
-"""Dimensions of what pushes or pulls, whose forces have statistics."""
-FORCE_DIMS = {f"{unit}_force": unit for unit in UNIT_DIMS}
+FORCE_DIMS = {f"{dim}_force": dim for dim in ("fender", *LINES)}
 """Statistics of forces, and the dimension of what they are of."""
 SUMMARISED_SERIES = {variable for variable, *_ in CHANNEL_VARIABLES.values()}
 """Variables over time that have statistics of their own."""
@@ -129,26 +128,16 @@ def _ends_of_series(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
             continue
         late_values = variable.isel(time=late)
         low, high = late_values.min("time"), late_values.max("time")
-        labels = [dim for dim in low.dims if dim != RUN]
-        stacked = (
-            ends.stack(_of=labels) if labels else ends.expand_dims("_of") for ends in (low, high)
-        )
-        for least, most in zip(
-            *(list(ends.transpose("_of", RUN)) for ends in stacked), strict=True
-        ):
-            of = [str(least[dim].values) for dim in labels]
-            ends = _finite_values(least.values), _finite_values(most.values)
+        dims = [dim for dim in low.dims if dim != RUN]
+        for labels in product(*(low[dim].values for dim in dims)):
+            of = [str(label) for label in labels]
+            at = dict(zip(dims, labels, strict=True))
+            ends = _finite_values(low.sel(at).values), _finite_values(high.sel(at).values)
             if ends[0].size and np.ptp(np.concatenate(ends)) > 0.0:
-                unit = _unit_of_channel(str(variable.attrs.get("units", "")), of)
+                unit = unit_of(variable.attrs, of)
                 yield SmallestAndLargest(
                     ".".join([str(name), *of]), unit, *ends, lowest_value(str(name))
                 )
-
-
-def _unit_of_channel(units: str, labels: list[str]) -> str:
-    """The unit of one channel of a variable: of "m or rad" the first along an axis."""
-    first, _, second = units.partition(" or ")
-    return second if second and labels and labels[-1] in DOFS[3:] else first
 
 
 def _finite_values(values: np.ndarray) -> np.ndarray:
@@ -230,11 +219,9 @@ def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:
         return {
             key: str(runs[name].attrs[key]) for key in COPIED_ATTRIBUTES if key in runs[name].attrs
         }
-    attributes = {"long_name": LABELS.get(name, name.replace("_", " "))}
-    if name in ("runs", "another_probability"):
-        return {**attributes, "units": "1"}
     is_value = name.startswith(("most_probable", "p90", "another"))
-    return {**attributes, "comment": "each in the unit of its channel"} if is_value else attributes
+    units = "1" if name in ("runs", "another_probability") else OF_CHANNEL if is_value else ""
+    return quantity_attributes(LABELS.get(name, name.replace("_", " ")), units)
 
 
 def figures_in(runs: xr.Dataset) -> list[str]:
@@ -357,10 +344,9 @@ def as_csv(runs: xr.Dataset) -> str:
     plans = effects.plans(runs)
     plan_rows = [(plan, row) for plan in plans for row in effects.rows(plan)]
     judged = {_row_key(j.plan, j.worst.name, j.values): j for p in plans for j in judge_plan(p)}
-    names = {name: plan for plan, row in reversed(plan_rows) for name in row.values}
-    names = {
-        name: names[name] for name in dict.fromkeys(n for _, row in plan_rows for n in row.values)
-    }
+    names: dict[str, PlanRuns] = {}
+    for plan, row in plan_rows:
+        names |= {name: plan for name in row.values if name not in names}
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     heads = (_head_columns(name, plan, units) for name, plan in names.items())

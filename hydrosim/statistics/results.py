@@ -137,7 +137,6 @@ SPAN_NAMES = (
 """The stages over which it is explained why a body moved."""
 ALL_STAGE_NAMES = (*SPAN_NAMES, *STAGES)
 """The names of all stages."""
-CONTACT_MODES = ("open", "stick", "slip")
 
 
 class RunResults:

@@ -19,7 +19,12 @@ from hydrosim.files.series import STATISTIC_UNITS
 from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
 from hydrosim.results.dataset import KIND, ResultKind, new_dataset
 from hydrosim.results.phases import Phase, stages
-from hydrosim.results.variables import OF_CHANNEL, describe_coordinates, quantity_attributes
+from hydrosim.results.variables import (
+    OF_CHANNEL,
+    describe_coordinates,
+    describe_values,
+    quantity_attributes,
+)
 from hydrosim.statistics.extremes import (
     CHANGES,
     LAWS,
@@ -77,11 +82,7 @@ OWN_UNITS = {STATISTIC_UNITS: ", ".join(f"{name}: {unit}" for name, unit in UNIT
 CHANNEL_VARIABLES = {
     "motion": ("position", MOTION_DIMS, "m or rad"),
     "wave": ("wave_elevation", (), "m"),
-    "fender_force": ("fender_normal_force", ("fender",), "N"),
-    "spring_force": ("spring_tension", ("spring",), "N"),
-    "line_force": ("line_tension", ("line",), "N"),
-    "winch_force": ("winch_tension", ("winch",), "N"),
-    "compensator_force": ("compensator_tension", ("compensator",), "N"),
+    **{f"{dim}_force": (CAPABLE[dim], (dim,), "N") for dim in ("fender", *LINES)},
 }
 
 
@@ -103,10 +104,9 @@ def statistics(
     and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
     not exist."""
     variables, coords, attributes = columns(run, start, exposure, channels)
+    attributes[KIND] = ResultKind.STATISTICS.value
     made = new_dataset({**variables, **unit_statistics(run)}, coords, attributes)
-    describe_coordinates(made)
-    made.attrs[KIND] = ResultKind.STATISTICS.value
-    return made
+    return describe_coordinates(made)
 
 
 def unit_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -177,11 +177,7 @@ def columns(
     frequency, spectrum = _spectrum_of_series(places, step)
     attributes_of_density = quantity_attributes("one-sided spectral density", "m^2 s/rad or rad s")
     variables["motion_spectrum"] = ((*MOTION_DIMS, "frequency"), spectrum, attributes_of_density)
-    coords["frequency"] = (
-        "frequency",
-        frequency,
-        quantity_attributes("angular frequency", "rad/s"),
-    )
+    coords["frequency"] = describe_values("frequency", frequency, "angular frequency", "rad/s")
     attributes = {
         "title": run.attrs["title"],
         "start": start,

@@ -16,7 +16,7 @@ import xarray as xr
 
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.results.dataset import KIND, ResultKind
-from hydrosim.results.variables import MIXED, quantity_attributes
+from hydrosim.results.variables import MIXED, describe_values
 from hydrosim.scene import LinearScenes, Method, Scene, Tolerance
 from hydrosim.simulation import simulate
 
@@ -108,11 +108,11 @@ def to_dataset(study: ConvergenceStudy, title: str) -> xr.Dataset:
         "setting": ("setting", "step [s], or relative tolerance", MIXED),
     }
     data = {
-        name: ("trial", [getattr(trial, field) for trial in trials], quantity_attributes(*of))
+        name: describe_values("trial", [getattr(trial, field) for trial in trials], *of)
         for name, (field, *of) in quantities.items()
     }
     methods = [str(trial.method) for trial in trials]
-    coords = {"method": ("trial", methods, quantity_attributes("method of integration"))}
+    coords = {"method": describe_values("trial", methods, "method of integration")}
     attributes = {
         KIND: ResultKind.CONVERGENCE.value,
         "title": title,

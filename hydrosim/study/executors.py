@@ -9,7 +9,7 @@ from __future__ import annotations
 import fnmatch
 import gc
 import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
@@ -25,7 +25,7 @@ import xarray as xr
 from hydrosim.compile.waves import add_waves
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import ENDING_SIGNALS
-from hydrosim.files.yaml_nodes import source_context
+from hydrosim.files.yaml_nodes import source_context, with_hint
 from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.dataset import KIND, new_dataset
 from hydrosim.results.ledger import COMPANION, CONTACT_FORCE, EVALUATIONS, PARTED, RELATIVE
@@ -85,9 +85,9 @@ def reduce_run(
         series_names = ", ".join(
             str(name) for name, variable in run.items() if "time" in variable.dims
         )
-        raise InputError(
-            f"variables: found {', '.join(unknown)}; expected some of: {series_names}."
-        )
+        meant = next((name.partition(".")[0] for name in unknown if "." in name), "")
+        text = f"variables: found {', '.join(unknown)}; expected some of: {series_names}"
+        raise InputError(with_hint(text, f'did you mean "{meant}"?' if meant in run else ""))
     statistics, coords, attributes = columns(
         run, start, None, _chosen_channels(run, channels, lenient)
     )
@@ -109,12 +109,8 @@ def reduce_run(
     variables_of_run[RELATIVE] = _relative_error(run)
     results = RunResults(run)
     why = results.explanation if "impulse" in run else xr.Dataset()
+    check_figure_names(figures, {*variables_of_run, *coords, *run.variables, *why})
     for figure in figures:
-        if any(figure.name in names for names in (variables_of_run, coords, run, why)):
-            raise InputError(
-                f"figures: found the name {figure.name}, which is that of a variable"
-                " of the runs; expected another one."
-            )
         try:
             variables_of_run[figure.name] = figure.evaluate(results).variable
         except InputError:
@@ -125,11 +121,20 @@ def reduce_run(
         reduced = xr.merge([reduced, why], join="exact", compat="equals")
     if variables:
         reduced = xr.merge([run[variables], reduced], join="outer", compat="equals")
-    describe_coordinates(reduced)
     # adaptive runs end their last steps at different times
-    return reduced.drop_vars(
+    return describe_coordinates(reduced).drop_vars(
         [name for name in reduced.coords if str(name).startswith(MEMORY_PREFIX)]
     )
+
+
+def check_figure_names(figures: Sequence[RequestedStatistic], taken: Collection[object]) -> None:
+    """Raises InputError where a figure has the name of a variable of the runs."""
+    for figure in figures:
+        if figure.name in taken:
+            raise InputError(
+                f"figures: found the name {figure.name}, which is that of a variable"
+                f" of the runs; expected another one, such as {figure.name}_of_run."
+            )
 
 
 def _chosen_channels(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:

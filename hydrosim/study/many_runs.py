@@ -43,8 +43,16 @@ from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene, simulate
 from hydrosim.statistics import effects
+from hydrosim.statistics.statistics import CHANNEL_VARIABLES
 from hydrosim.study import executors
-from hydrosim.study.run_layout import TRIAL_STEPS, RunLayout, merge_layouts, one_scene_of_each_kind
+from hydrosim.study.run_layout import (
+    NAMES_OF_LAYOUT,
+    RunLayout,
+    merge_layouts,
+    names_layout,
+    one_scene_of_each_kind,
+    try_scene,
+)
 from hydrosim.study.shared import SceneCache, folder_of, identity, is_complete, locked_journal
 from hydrosim.study.sweep import (
     ParameterStudy,
@@ -58,7 +66,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from hydrosim.case import Case
-    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.figures import RequestedStatistic, ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
     from hydrosim.study.executors import Pool
     from hydrosim.study.study_file import SeedTarget
@@ -153,9 +161,10 @@ def simulate_many(
         figures=tuple(figures),
         channels=tuple(channels),
     )
+    _check_names(scenes[0], figures)
     form = merge_layouts(scenes, partial(digest, start=0.0, lenient=True), simulate)
     if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
-        _check_requested(scenes[0], digest)
+        try_scene(scenes[0], partial(digest, start=0.0), simulate)  # it has what is asked for
     if form is not None:
         digest = partial(executors.pad_to_layout, form=form, keep=partial(digest, lenient=True))
 
@@ -251,14 +260,13 @@ def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Seque
     return all(fits) and all(name in form.variables for name in names)
 
 
-def _check_requested(scene: Scene, keep: Digest) -> None:
-    """Raises InputError where a few steps of a scene do not have what is asked for."""
-    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
-    try:
-        run = simulate(short)
-    except HydrosimError:  # its own run will say it
-        return
-    keep(run, start=0.0)
+def _check_names(scene: Scene, figures: Iterable[RequestedStatistic]) -> None:
+    """Raises InputError where a figure has the name of a dimension or statistic of the runs."""
+    layout = names_layout(scene)
+    if layout is not None:
+        dims = {*map(str, layout.dims)} - NAMES_OF_LAYOUT
+        statistics = [name for name, (_, of, _) in CHANNEL_VARIABLES.items() if dims.issuperset(of)]
+        executors.check_figure_names([*figures], {*dims, *statistics})
 
 
 def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:

@@ -37,7 +37,7 @@ from hydrosim.files.yaml_nodes import locating_in
 from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.journal import Journal, StoredRun
 from hydrosim.results.runs_file import COMPLETE
-from hydrosim.results.variables import describe_coordinates, quantity_attributes
+from hydrosim.results.variables import describe_coordinates, describe_values
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
@@ -493,10 +493,10 @@ class _LimitTable:
             "governing": ("the criterion that fails first", ""),
         }
         variables = {
-            name: (
+            name: describe_values(
                 dims if values.ndim == len(dims) else dims[1:],
                 _texts_of(values),
-                quantity_attributes(*descriptions[name]),
+                *descriptions[name],
             )
             for name, values in self.values.items()
         }
@@ -509,15 +509,11 @@ class _LimitTable:
         coordinates = {
             "stage": [*self.stages],
             "swell": swells,
-            "heading": (
-                "heading",
-                np.array(study.headings),
-                quantity_attributes("where waves go to", "rad"),
+            "heading": describe_values(
+                "heading", np.array(study.headings), "where waves go to", "rad"
             ),
-            "peak_period": (
-                "peak_period",
-                np.array(study.wanted.peak_periods),
-                quantity_attributes("peak period", "s"),
+            "peak_period": describe_values(
+                "peak_period", np.array(study.wanted.peak_periods), "peak period", "s"
             ),
         }
         attributes = {
@@ -531,9 +527,7 @@ class _LimitTable:
             "highest": float(self.heights[-1]),
             "apart": study.wanted.heights.apart,
         }
-        limits = xr.Dataset(variables, coordinates, attributes)
-        describe_coordinates(limits)
-        return limits
+        return describe_coordinates(xr.Dataset(variables, coordinates, attributes))
 
 
 def _criterion_texts(study: Limits) -> Iterator[str]:

@@ -102,23 +102,22 @@ class RunLayout(NamedTuple):
 
     def pad_run(self, dataset: xr.Dataset) -> xr.Dataset:
         """What is kept of a run, with the names of all runs."""
-        places = {
-            dim: _label_indices(dataset, dim, variable) for dim, variable in self.labels.items()
-        }
-        sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-        sizes |= {dim: variable.size for dim, variable in self.labels.items()}
         values = {**self.variables, **self.apart}
+        present = {name: dataset.variables[name] for name in values if name in dataset.variables}
+        run = xr.Dataset(present, {dim: dataset[dim] for dim in self.labels if dim in dataset})
+        labels = {dim: of for dim, of in self.labels.items() if dim in run.dims}
+        fills = {name: _fill_value(of.dtype) for name, of in present.items()}
+        padded = run.reindex(labels, fill_value=fills)
+        sizes = dict(dataset.sizes)
+        sizes.update({dim: of.size for dim, of in self.labels.items()})
         data = {
-            name: _pad_variable(dataset.variables[name], places)
-            if name in dataset.variables
-            else _missing_variable(variable, sizes)
-            for name, variable in values.items()
+            name: padded.variables[name] if name in present else _missing_variable(of, sizes)
+            for name, of in values.items()
         }
         for dim in self.named:
-            attributes = {"long_name": f"whether the run has this {dim}"}
-            data[f"{dim}{IN_RUN}"] = xr.Variable(
-                dim, (places[dim] >= 0).astype(np.int8), attributes
-            )
+            is_there = np.isin(self.labels[dim], run[dim].values if dim in run else [])
+            text = f"whether the run has this {dim}"
+            data[f"{dim}{IN_RUN}"] = xr.Variable(dim, is_there.astype(np.int8), {"long_name": text})
         excluded = {*self.labels, *self.beside, *self.apart, *self.left_out}
         shared = {
             name: variable.variable
@@ -134,7 +133,7 @@ def merge_layouts(scenes: Sequence[Scene], keep: Keep, simulate: Simulate) -> Ru
     apart = _differing_numbers(layouts)
     if len(kinds) < 2 and not apart:
         return None
-    trials = [(_scene_layout(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
+    trials = [(try_scene(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
     counted_trials = [(trial, count) for trial, count in trials if trial is not None]
     return _merge_kinds(counted_trials, apart, _named_dims(layouts)) if counted_trials else None
 
@@ -166,11 +165,15 @@ def _layouts_of_runs(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset 
         calm = without_waves(scene)
         if before is None or not are_scenes_equal(calm, before):
             before = calm
-            layout = _names_layout(scene)
+            layout = names_layout(scene)
         yield run, layout
 
 
-def _names_layout(scene: Scene) -> xr.Dataset | None:
+NAMES_OF_LAYOUT = {"name_of_force", "carried"}
+"""Dimensions of a layout that are not in runs."""
+
+
+def names_layout(scene: Scene) -> xr.Dataset | None:
     """The names in the runs of a scene and the numbers beside them."""
     weights = carried_weights(scene)
     names = {
@@ -226,7 +229,7 @@ def _named_dims(layouts: Sequence[xr.Dataset]) -> set[str]:
     return {str(name) for layout in layouts for name in layout.dims} - UNNAMED_DIMS
 
 
-def _scene_layout(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
+def try_scene(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
     """What is kept of a few steps; None where there is no such run, which its own will tell."""
     short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
     try:
@@ -317,25 +320,6 @@ def _merge_coordinate(
     return xr.Variable(first.dims, merged, first.attrs), agree
 
 
-def _label_indices(dataset: xr.Dataset, dim: str, labels: np.ndarray) -> np.ndarray:
-    """Where a run has each label, -1 where it has it not."""
-    index_of = (
-        {label: k for k, label in enumerate(dataset[dim].values.tolist())} if dim in dataset else {}
-    )
-    return np.array([index_of.get(label, -1) for label in labels.tolist()], dtype=np.int64)
-
-
-def _pad_variable(variable: xr.Variable, places: Mapping[str, np.ndarray]) -> xr.Variable:
-    """A variable over all labels: at -1 it is missing, which is taken from behind its end."""
-    values = variable.values
-    for axis, dim in enumerate(variable.dims):
-        if dim in places:
-            shape = [1 if k == axis else size for k, size in enumerate(values.shape)]
-            behind = np.full(shape, _fill_value(values.dtype), values.dtype)
-            values = np.concatenate([values, behind], axis).take(places[str(dim)], axis)
-    return xr.Variable(variable.dims, values, variable.attrs)
-
-
 def _empty_template(variable: xr.Variable) -> xr.Variable:
     """The kind of a variable, with a size of nothing."""
     return xr.Variable(
@@ -343,9 +327,9 @@ def _empty_template(variable: xr.Variable) -> xr.Variable:
     )
 
 
-def _missing_variable(variable: xr.Variable, sizes: Mapping[str, int]) -> xr.Variable:
+def _missing_variable(variable: xr.Variable, sizes: Mapping[Any, int]) -> xr.Variable:
     """A variable in which nothing is known."""
-    shape = [sizes[str(dim)] for dim in variable.dims]
+    shape = [sizes[dim] for dim in variable.dims]
     values = np.full(shape, _fill_value(variable.dtype), variable.dtype)
     return xr.Variable(variable.dims, values, variable.attrs)
 

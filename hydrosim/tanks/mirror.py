@@ -52,7 +52,9 @@ def _index_of_image(image: scene.Tank, tanks: Sequence[scene.Tank]) -> int | Non
 
 def _is_equal_tank(a: scene.Tank, b: scene.Tank) -> bool:
     """True if two tanks differ in their names only."""
-    same = (a.density, a.surface) == (b.density, b.surface) and _is_close(a.level, b.level)
+    same = (a.density, a.free_surface) == (b.density, b.free_surface) and _is_close(
+        a.level, b.level
+    )
     return same and _have_same_shape(a.shape, b.shape) and _have_same_plan(a.plan, b.plan)
 
 

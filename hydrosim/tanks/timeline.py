@@ -184,7 +184,7 @@ def loaded_body(
         mass += sign * tank.density * volume
         first += held[FIRST_MOMENT : FIRST_MOMENT + 3]
         second += symmetric_matrix(held[SECOND_MOMENT : SECOND_MOMENT + 6])
-        if tank.surface == FreeSurface.QUASI_STATIC:
+        if tank.free_surface == FreeSurface.QUASI_STATIC:
             surface += held[SURFACE_MOMENT:]
     C = first / mass
     about = inertia + _moments_of_inertia(second - mass * np.outer(C, C))

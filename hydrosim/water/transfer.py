@@ -487,8 +487,9 @@ def _drift_of(database: TransferFunctions) -> np.ndarray:
     if database.mean_drift is None:
         raise InputError(
             f"{database.source}: found no mean drift; expected it for second-order wave forces. Set"
-            " wave_forces.second_order of the body to none, or use a database with mean drift:"
-            " `hydrosim db build` computes it if the recipe says `drift: [free]`."
+            " wave_forces.second_order of the body to none, to qtf if the database has QTFs, or use"
+            " a database with mean drift: `hydrosim db build` computes it if the recipe says"
+            " `drift: [free]`."
         )
     return database.mean_drift
 

@@ -204,7 +204,7 @@ def test_heights_are_slopes_at_rest_however_soon_a_surface_meets_the_bottom(
     line = LinearMooring("barge", np.diag([0.0, 0.0, 0.0, 2e9, 7e9, 0.0]))
     scene = shallow(level)
     (tank,) = scene.bodies[0].tanks
-    frozen = with_body(scene, tanks=(replace(tank, surface=FreeSurface.FROZEN),))
+    frozen = with_body(scene, tanks=(replace(tank, free_surface=FreeSurface.FROZEN),))
     (free,), (solid,) = (
         conditions(compile_in_calm(replace(each, forces={**each.forces, "line": line})))
         for each in (scene, frozen)

@@ -62,7 +62,7 @@ def test_drives_and_rods_of_a_case_run(tmp_path: Path) -> None:
     assert isinstance(shake, Drive)
     assert isinstance(turn, Drive)
     assert shake.position == Harmonic(0.2, 5.0)
-    assert (turn.body, turn.dof, turn.joint) == ("boom", "angle", "slew")
+    assert (turn.body, turn.motion, turn.joint) == ("boom", "angle", "slew")
     assert isinstance(turn.position, SmoothTable)
     assert turn.position.value.tolist() == [0.0, *np.radians([30.0, 30.0])]
     run = hs.simulate(scene)

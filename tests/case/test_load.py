@@ -1,5 +1,6 @@
 """Case files: YAML as people expect it, errors that name their place, settings, extending."""
 
+import json
 import math
 from collections.abc import Callable
 from contextlib import suppress
@@ -90,6 +91,7 @@ def test_bytes_of_windows_and_its_editors(load: Load) -> None:
         ("", "case.yaml:1: found no keys"),
         ("# nothing\n", "case.yaml:1: found no keys"),
         ("- a\n- b\n", "case.yaml:1: found no keys"),
+        ("VesselTypes:\n  - Name: Ship\n", "case.yaml: found data of OrcaFlex; expected a case"),
         ("title: [a\nb: c", 'case.yaml:1: not valid YAML: found a bracket "["'),
         ("title: a\n\tb: c", "case.yaml:2: not valid YAML"),
         ("title: a: b", "case.yaml:1: not valid YAML"),
@@ -261,6 +263,7 @@ class TestSettings:
         ("setting", "message"),
         rows("""
         solver.stp=1 | solver.stp: found an unknown key; expected one of: method, step
+        stiffness=3 | did you mean "forces.spring.stiffness"?
         solvr.step=1 | one of: title, duration, environment, bodies, forces, joints, solver
         bodies.blok.dofs=[surge] | found no "blok" there; expected one of: block; did you
         forces.sprin.body=block | found no "sprin" there; expected one of: spring; did you
@@ -430,3 +433,10 @@ def test_hydrodynamics_that_cannot_be_are_named(text, said, refusal):
 )
 def test_tolerances_of_the_wrong_kind(solver: str, said: str, refusal: Refusal) -> None:
     assert said in refusal(BLOCK.replace("{method: rk4, step: 0.1 s}", solver))
+
+
+def test_settings_hold_what_a_case_gives() -> None:
+    """Also of recorded series, one below a normal force, one below a degree of freedom."""
+    text = load_case(ROOT / "cases/one_dimensional/base.yaml").settings()
+    keys = [key for key in json.loads(text) if key.startswith("forces.waves.force")]
+    assert keys == [f"forces.waves.force.surge.{key}" for key in ("file", "case", "column")]

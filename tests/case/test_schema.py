@@ -161,6 +161,7 @@ class TestBody:
         ("keys", "message"),
         rows(r"""
         initial: {position: {heav: 1}} | position.heav: found an unknown key.*mean "heave"
+        second_order: newman | found an unknown key.*mean "wave_forces.second_order"
         initial: {velocity: {yaw: 1 m}} | velocity.yaw: found \"1 m\"; expected an ang
         initial: {position: 1 m} | position: found "1 m"; expected a list
         inertia: {roll: 1, pitch: 1} | inertia: found no key "yaw"

@@ -1,12 +1,15 @@
 """Scenes written in Python with the classes that are the keys of a case file."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hydrosim as hs
+from hydrosim.run.checkpoint import digest
 
+ROOT = Path(__file__).parents[2]
 CASE = """
 title: A block on a quay
 duration: 10 s
@@ -123,3 +126,85 @@ def test_conditions_take_texts_with_a_unit() -> None:
 def test_conditions_that_no_file_may_have_are_refused(values, text) -> None:
     with pytest.raises(hs.InputError, match=f"^{text}"):
         hs.When(**values)
+
+
+def base_case() -> hs.Scene:
+    """The base case of the thesis with the words of its file."""
+    waves = hs.WaveTrain(hs.Jonswap("1.5 m", "8 s"), ramp="200 s", repeat_period="3 hour")
+    barge = hs.Body(
+        "barge",
+        mass="1.56758e8 kg",
+        hydrodynamics=str(ROOT / "hydro_db/h851.nc"),
+        centre_of_gravity=["0 m", "0 m", "-4.9 m"],
+        radii_of_gyration=["22.05 m", "67.6 m", "68.9 m"],
+        wave_forces={"first_order": True, "second_order": "newman"},
+    )
+    mooring = hs.LinearMooring(
+        "barge",
+        {"surge": "40 tonne_force/m", "sway": "40 tonne_force/m"},
+        damping_ratio={"surge": "20 %", "sway": "20 %"},
+    )
+    deballast = hs.AppliedForce(
+        "barge",
+        frame="earth",
+        time=["0 s", "500 s", "4100 s"],
+        force={"heave": ["0 kN", "119900 kN", "316100 kN"]},
+    )
+    interface = hs.Fender(
+        "barge",
+        [[x, y, "7.5 m"] for x in ("20 m", "-20 m") for y in ("20 m", "-20 m")],
+        hs.Plane(["0 m", "0 m", "3.6 m"], [0, 0, -1]),
+        {"stiffness": "40000 tonne_force/m", "total": True},
+        hs.StickSlip(0.2, 0.1, "5.6e8 N/m", "3.3e7 N*s/m", "1e6 N*s/m", total=True),
+    )
+    return hs.Scene(
+        "Reverse float-over, base case",
+        duration=2000.0,
+        bodies=(barge,),
+        environment=hs.Environment(waves=(waves,)),
+        forces={"mooring": mooring, "deballast": deballast, "interface": interface},
+        solver=hs.Solver(method="rk4", step="0.1 s", unstable="error"),
+        output_step=0.5,
+    )
+
+
+def test_the_base_case_in_python_runs_as_its_file_to_the_bit() -> None:
+    file = hs.load_case(ROOT / "cases/reverse_float_over/base.yaml").scene()
+    written = base_case()
+    for key in ("bodies", "environment", "forces", "solver", "duration", "output_step"):
+        assert digest(getattr(written, key)) == digest(getattr(file, key)), key
+    runs = [hs.simulate(replace(scene, duration=60.0)) for scene in (written, file)]
+    assert runs[0].variables.keys() == runs[1].variables.keys()
+    for name in runs[0].variables:
+        assert digest(runs[0][name].values) == digest(runs[1][name].values), name
+
+
+def test_a_body_takes_the_words_of_a_case_file() -> None:
+    body = hs.Body("b", "2 tonne", mass_matrix=np.diag([2e3] * 3 + [1e3, 2e3, 3e3]), dofs=["yaw"])
+    assert np.array_equal(body.inertia, np.diag([1e3, 2e3, 3e3]))
+    assert replace(body, mass=1.0).inertia is not None
+    body = hs.Body("b", 1.0, inertia={"roll": 1, "pitch": 2, "yaw": "3 tonne*m^2"})
+    assert np.array_equal(body.inertia, np.diag([1.0, 2.0, 3e3]))
+    moved = hs.Body("b", 1.0, np.eye(3), initial={"position": {"yaw": "90 deg"}})
+    assert moved.position == (0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2)
+    assert hs.Body("b", 1.0, np.eye(3), radiation="convolution").radiation.step == 0.1
+    water = hs.Environment(wind={"speed": "20 knot", "gusts": {"spectrum": "iso"}})
+    assert water.gusts == hs.Gusts("npd")
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: hs.Body("b", "1 m", np.eye(3)), 'Body.mass: found "1 m"; expected a mass in kg'),
+        (lambda: hs.Body("b", 1.0), "Body: found none; expected one of radii_of_gyration"),
+        (lambda: hs.Body("b", 1.0, np.eye(3), dofs=["heav"]), r"Body.dofs: found \[heav\]"),
+        (lambda: hs.Jonswap("1.5 s", 8.0), "Jonswap.significant_height: found"),
+        (lambda: hs.WaveTrain(hs.Jonswap(1.0, 8.0), seed=-1), "WaveTrain.seed: found -1"),
+        (lambda: hs.Current(heading=1.0), "Current: found no speed; expected speed, or those in"),
+        (lambda: hs.Pump("p", 1.0, "a", None, stop={"tank": "a"}), "Pump.stop.*: found neither"),
+        (lambda: hs.Tank("t", None, level="-1 m"), 'Tank.level: found "-1 m"'),
+    ],
+)
+def test_wrong_bodies_and_seas_are_told_as_those_of_a_file(make, said) -> None:
+    with pytest.raises(hs.InputError, match=f"^{said}"):
+        make()

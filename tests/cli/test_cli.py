@@ -60,7 +60,7 @@ class TestRun:
         assert "solver" not in said
         details = hydrosim("run", "base.yaml", "-o", "run.nc", *SHORT, "--verbose").out
         assert "evaluations of the equation of motion" in details
-        written = xr.load_dataset("run.nc")
+        written = hs.open_run("run.nc")
         expected = hs.simulate(hs.load_case("base.yaml", ["duration=20 s"]))
         xr.testing.assert_equal(written, expected)
         assert not list(Path().glob("*.partial"))

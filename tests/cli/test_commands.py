@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from command_line import Command, built_commands
 
 import hydrosim as hs
 from hydrosim.cli.earlier import NEW_WORDS, current_arguments
 from hydrosim.cli.terminal import with_options
-from hydrosim.compare.dataset import differences
+from hydrosim.compare.dataset import differences, read_result
 
 ORDER = "new check analyse run study show report compare export decay db"
 UNCHANGED = "new check run report export compare"
@@ -174,6 +173,16 @@ def test_show_prints_what_was_printed(hydrosim: Command, folder: Path) -> None:
         assert len(shown.out) > 200
 
 
+def test_a_picture_of_channels_has_the_name_that_is_asked_for(
+    hydrosim: Command, folder: Path
+) -> None:
+    assert hydrosim("run", "block.yaml").code == 0
+    view = "show", "block.nc", "--plot", "--channels", "position.*"
+    for name in ("heave.svg", "heave.svg", "sub/heave.pdf"):
+        assert f"picture {name}" in hydrosim(*view, "-o", name).out
+        assert (folder / name).is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -181,6 +190,8 @@ def test_show_prints_what_was_printed(hydrosim: Command, folder: Path) -> None:
         ("analyse block.yaml --ballast --converge", "--ballast, --converge: found several"),
         ("show block.nc --why surge --plot", "--why, --plot: found several"),
         ("show block.nc --from 3", "--from: not possible with a summary"),
+        ("show block.nc --plot -o a.png", "--output: found a.png; expected a folder for several"),
+        ("report block.nc -o a.pdf", "expected .html, which a browser prints to PDF"),
         ("show block.nc --plot --duration 3", "--duration: not possible with --plot"),
         ("export block.nc", "--output: found none; expected a file that ends in .nc"),
         ("export block.nc --run 3 -o a.csv", "--run: found no --case; expected both"),
@@ -189,6 +200,10 @@ def test_show_prints_what_was_printed(hydrosim: Command, folder: Path) -> None:
         ("analyse block.nc", "block.nc: "),
         ("show block.nc --why pitch", "--why: found pitch; expected one of surge, sway, heave"),
         ("new --schema recipe --kg 3", "--kg: not possible with --schema"),
+        ("new --hs 2", "No such option: --hs (Possible options: --significant-height)"),
+        ("show block.nc --start 9", "No such option: --start (Possible options: --from)"),
+        ("run block.yaml --seed 2", "(Possible options: --set environment.waves.seed=)"),
+        ("stats block.nc", "No such command 'stats'. Type: hydrosim show RUN.nc --statistics"),
         ("new --schema cases", "--schema: found 'cases'; expected one of case, study, recipe"),
     ],
 )
@@ -202,10 +217,10 @@ def test_what_does_not_go_together_is_told(
 
 def same(first: Path, second: Path) -> bool:
     """Whether two results are identical, and say the same of their origin."""
-    with xr.open_dataset(first) as one, xr.open_dataset(second) as other:
-        assert one.attrs["history"] == other.attrs["history"]
-        assert one.attrs.get("settings") == other.attrs.get("settings")
-        return differences(one.load(), other.load()) == []
+    one, other = read_result(first), read_result(second)
+    assert one.attrs["history"] == other.attrs["history"]
+    assert one.attrs.get("settings") == other.attrs.get("settings")
+    return differences(one, other) == []
 
 
 def test_python_writes_the_files_of_the_commands(hydrosim: Command, folder: Path) -> None:

@@ -15,7 +15,10 @@ def test_an_example_is_whole(
     """Every case of it can be read where it was written, with all files that it names."""
     run = command(monkeypatch, capsys, "example")
     assert name in run().out
-    assert run(name, "-o", tmp_path).code == 0
+    result = run(name, "-o", tmp_path)
+    assert result.code == 0
+    assert f"about {tmp_path}/cases/{name}/README.md" in result.out
+    assert (tmp_path / "cases" / name / "README.md").is_file()
     cases = sorted((tmp_path / "cases" / name).glob("*.yaml"))
     assert cases
     for path in cases:

@@ -70,7 +70,7 @@ def test_a_run_ended_by_every_signal(folder: Path) -> None:
     assert run.returncode == 0
     assert "the run continues from slow.nc.checkpoint" in told
     assert not path.exists()
-    assert differences(xr.load_dataset("slow.nc"), hs.simulate(hs.load_case("slow.yaml"))) == []
+    assert differences(hs.open_run("slow.nc"), hs.simulate(hs.load_case("slow.yaml"))) == []
     assert sorted(os.listdir()) == ["slow.nc", "slow.yaml"]
 
 

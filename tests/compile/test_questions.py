@@ -178,7 +178,11 @@ ODD = {
         "a gap of 9.1 m between block and all",
     ),
     Question.POINTS: (alongside(20.0), "point 1 inside the hull of barge"),
-    Question.MASS: (afloat(mass=1.4e8), "a displaced mass of 1.568e+08 kg"),
+    Question.MASS: (
+        afloat(mass=1.4e8),
+        "a displaced mass of 1.568e+08 kg in its database. Weight and buoyancy are assumed to"
+        " balance. If lines or contacts carry the difference, write `weight: carried`",
+    ),
     Question.INERTIA: (dry({}, inertia=THIN), "principal moments"),
     Question.TRIM: (afloat(centre_of_gravity=(5.0, 0.0, -4.9)), "a pitch of 0.59 deg"),
     Question.STABILITY: (afloat(centre_of_gravity=(0.0, 0.0, 40.0)), "metacentric height of -"),
@@ -459,7 +463,7 @@ NEAR = (Question.POINTS, Question.CAPACITY, Question.AXES, Question.HULL)
         (Question.SLOSHING, filled(9.0, 0.0), 0),  # 19 s along 100 m, and nothing across
         (Question.SLOSHING, filled(9.0, np.pi / 2, 20.0), 0),  # 5.2 s
         (Question.SLOSHING, filled(13.95, np.pi / 2), 0),  # full
-        (Question.SLOSHING, filled(9.0, np.pi / 2, surface=FreeSurface.FROZEN), 0),
+        (Question.SLOSHING, filled(9.0, np.pi / 2, free_surface=FreeSurface.FROZEN), 0),
         (Question.SLOSHING, filled(2.0, np.pi / 2), 0),  # 24 s
         (Question.SLOSHING, filled(9.0, np.pi / 4), 1),
         (Question.CAPACITY, pressed_through(1100.0), 0),

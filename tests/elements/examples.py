@@ -6,10 +6,11 @@ from typing import Any, get_args
 
 from pydantic import TypeAdapter
 
-from hydrosim.case.elements import AnyElement, BuildContext
+from hydrosim.case.elements import AnyElement
 from hydrosim.case.elements.catenary import Lines
 from hydrosim.scene import ForceElement
 from hydrosim.scene.contacts import Fender, Friction
+from hydrosim.scene.force import BuildContext
 
 KINDS = [kind for kind in get_args(get_args(AnyElement)[0]) if kind is not Lines]
 """Those that are one element of the scene; a file with lines is several."""

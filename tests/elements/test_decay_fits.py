@@ -176,6 +176,15 @@ def test_files_of_any_unit_and_name(tmp_path: Path) -> None:
     assert (begun.time[0], begun.time[-1]) == pytest.approx((20.0, 100.0))
 
 
+def test_roll_of_a_run_is_its_position(tmp_path: Path) -> None:
+    names = "time [s], position.barge.roll [rad], velocity.barge.roll [rad/s]"
+    one = written(tmp_path / "one.csv", names, TIME, ROLL, np.gradient(ROLL, TIME))
+    assert np.all(read_decay(one).angle == read_decay(one, "2").angle)
+    two = written(tmp_path / "two.csv", f"{names}, position.crane.roll [rad]", TIME, *3 * [ROLL])
+    with pytest.raises(InputError, match=r"one of: position\.barge\.roll \[rad\], position\.c"):
+        read_decay(two)
+
+
 GROWING = np.exp(0.02 * TIME) * 0.01 * np.cos(0.5 * TIME)
 
 

@@ -43,6 +43,7 @@ def understood(quantity: Quantity, text: str) -> bool:
         *(("1025 kg/m^3", "kg/m^3", 1025.0), ("9.81 m/s²", "m/s^2", 9.81)),
         *(("3.3e7 N*s/m", "N*s/m", 3.3e7), ("2 kN m", "N*m", 2000.0), ("100 ft", "m", 30.48)),
         *(("1 MN*m/deg", "N*m/rad", 1e6 * 180 / math.pi), ("1 knot", "m/s", 1852 / 3600)),
+        *(("20 te", "kg", 20000.0), ("3 te.m^2", "kg*m^2", 3000.0), ("2 kN.m", "N*m", 2000.0)),
         *(("2 rpm", "rad/s", 4 * math.pi / 60), ("-.5e-3 km", "m", -0.5)),
     ],
 )

@@ -154,7 +154,8 @@ def tamper(path: Path, random: Random, texts: tuple[str, ...]) -> str:
         path.write_bytes(content)
         return f"bytes from {at} on"
     with netCDF4.Dataset(path, "a") as file:
-        holders = [file, *file.variables.values()]
+        groups = [file, *file.groups.values()]
+        holders = [file, *(variable for group in groups for variable in group.variables.values())]
         if what in ("attribute", "attribute lost"):
             holder = random.choice([each for each in holders if {*each.ncattrs()} - {"_FillValue"}])
             name = random.choice([name for name in holder.ncattrs() if name != "_FillValue"])
@@ -165,7 +166,7 @@ def tamper(path: Path, random: Random, texts: tuple[str, ...]) -> str:
             else:
                 holder.setncattr(name, value)
             return f"{what} {getattr(holder, 'name', '')} {name} {value[:20]!r}"
-        return f"{what} {_change_variable(file, what, random)}"
+        return f"{what} {_change_variable(random.choice(groups), what, random)}"
 
 
 def _change_variable(file: netCDF4.Dataset, what: str, random: Random) -> str:

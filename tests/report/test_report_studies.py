@@ -11,8 +11,9 @@ from reading import ends, number, rows, tables
 from report_pages import HOSTILE, Page
 
 from hydrosim.report.page import html, ticks
-from hydrosim.report.sentences.limits import is_limits, limits_document
+from hydrosim.report.sentences.limits import limits_document
 from hydrosim.report.sentences.study import study_document
+from hydrosim.results.dataset import ResultKind, kind_of
 
 
 def study(values: int = 3, seeds: int = 4, text: str = "plain") -> xr.Dataset:
@@ -114,8 +115,8 @@ def test_limits_are_shown_with_what_they_are_worth_in_the_weather() -> None:
 
 
 def test_limits_are_shown_with_what_governs() -> None:
-    assert is_limits(limits())
-    assert not is_limits(study())
+    assert kind_of(limits()) == ResultKind.OPERABILITY
+    assert kind_of(study()) != ResultKind.OPERABILITY
     page = Page(html(limits_document(limits()), "mark"))
     assert page.count("circle") == 2
     first, last = rows(limits_document(limits()).nodes, "stage")

@@ -109,6 +109,9 @@ def test_every_name_has_a_series_of_one_unit() -> None:
         ("point_velocity.stern of barge.x", "point_velocity.bow of barge.x"),
         ("clearance.gap", "they need output: {clearances: ...}"),
         ("utilisation.pad 2", "utilisation.pad 1"),
+        ("surge", 'did you mean "position.barge.surge"'),
+        ("pad 1", 'did you mean "fender_'),
+        ("utilised.pad 1", 'did you mean "utilisation.pad 1"'),
         ("nothing", "expected a channel of the run: position.*, velocity.*"),
     ],
 )

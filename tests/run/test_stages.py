@@ -52,7 +52,7 @@ def test_one_command_makes_both(cases: Path, hydrosim: Command) -> None:
     assert "first stage: first.nc does not exist: simulating first.yaml" in err
     assert {p.name for p in cases.glob("*.nc")} == {"first.nc", "second.nc"}
     assert not list(cases.glob("*.partial"))
-    first, second = (xr.load_dataset(f"{name}.nc") for name in ("first", "second"))
+    first, second = (hs.open_run(f"{name}.nc") for name in ("first", "second"))
     xr.testing.assert_equal(first, hs.simulate(hs.load_case("first.yaml")))
     exact = 0.3 * (np.cos(np.sqrt(2.5) * second.time.values) - 1.0)
     assert np.abs(second.position.values[:, 0, 0] - exact).max() < 2e-5

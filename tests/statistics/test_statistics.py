@@ -112,6 +112,7 @@ def test_channels_that_are_asked_for() -> None:
     assert np.isnan(found.named_phase.sel(phase="compressed")).all()
     moments = row(nodes(found), "channel", "mean", of=["position.barge.heave"])
     assert number(moments["mean"], "m") == x.mean()
+    assert "barge heave" not in text_of(found)  # that is the same channel
     stuck = ["position.barge.heave", "interface", "stuck"]
     phase = row(nodes(found), "channel", "group", "phase", of=stuck)
     assert number(phase["mean"], "m") == pytest.approx(x[TIME >= 1000.0].mean())

@@ -17,6 +17,7 @@ from hydrosim.compare.dataset import differences
 from hydrosim.results.journal import read_unfinished
 from hydrosim.results.runs_file import LARGE
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
+from hydrosim.statistics.figures import ScalarResult
 from hydrosim.statistics.statistics import statistics
 from hydrosim.study import shared
 from hydrosim.study.run_layout import are_scenes_equal
@@ -233,7 +234,20 @@ def test_what_cannot_be_kept_is_refused(tmp_path: Path) -> None:
         hs.simulate_many(seeds(1), start=60.0)
     with pytest.raises(hs.InputError, match=r"found surge; expected some of: position, velocity"):
         hs.simulate_many(seeds(1, 2), tmp_path / "runs.nc", variables=["surge"])
+    with pytest.raises(hs.InputError, match=r'energy_residual; did you mean "position"\?'):
+        hs.simulate_many(seeds(1), variables=["position.barge.surge"])
+    with pytest.raises(hs.InputError, match=r"give hs\.load_case\(path, {key: value}\)"):
+        hs.simulate(seeds(1)[0], {"duration": 100.0})  # type: ignore[arg-type]
     assert not (tmp_path / "runs.nc").exists()
+
+
+@pytest.mark.parametrize("name", ["motion", "fender", "fender_force"])
+def test_a_figure_with_a_name_of_the_runs_is_refused_before_the_first(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hydrosim.study.many_runs.merge_layouts", None)
+    with pytest.raises(hs.InputError, match=f"name {name}, .* such as {name}_of_run"):
+        hs.simulate_many(seeds(1), figures=[ScalarResult(name, "position.barge.surge", "end")])
 
 
 def test_scenes_are_alike_entry_by_entry() -> None:

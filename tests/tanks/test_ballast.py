@@ -281,7 +281,7 @@ def test_frozen_surfaces_do_not_turn_the_body() -> None:
 
     found = {}
     for surface_of in FreeSurface:
-        tanks = (replace(LEFT, surface=surface_of), RIGHT)
+        tanks = (replace(LEFT, free_surface=surface_of), RIGHT)
         body = loaded(hs.Pump("out", 1.0, "left", None, start=90.0), tanks=tanks, dofs=("roll",))
         stiffness = np.diag([0, 0, 0, 9e5, 0, 0])
         still = scene(body, {"line": LinearMooring("block", stiffness)}, 10.0, 0.1)

@@ -7,16 +7,14 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 
 from hydrosim.case.elements.catenary import CatenaryEntry, Lines
-from hydrosim.case.elements.drive import DriveEntry
-from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.elements.winch import WinchEntry
 from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
 from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import AnyCoordinateElement, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
-from hydrosim.scene.restraints import Bushing, LinearMooring
+from hydrosim.scene.restraints import Bushing, Drive, LinearMooring
+from hydrosim.scene.winch import Winch
 
 
 def _check_kind(data: Any) -> Any:
@@ -42,9 +40,9 @@ AnyElement = Annotated[
     | ViscousRoll
     | CurrentLoad
     | WindLoad
-    | WinchEntry
+    | Winch
     | Compensator
-    | DriveEntry,
+    | Drive,
     ByKind("type"),
     BeforeValidator(_check_kind),
 ]

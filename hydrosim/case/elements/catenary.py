@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from math import cos, isfinite, sin
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
-from hydrosim.case.elements.element import Breaking, BuildContext
 from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of_system
 from hydrosim.case.lines.system import (
     MAX_SEGMENTS,
@@ -23,10 +22,11 @@ from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import at_most_one
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.schema_class import schema_class
 from hydrosim.files.text import Source
 from hydrosim.files.units import problem
 from hydrosim.modes import NO_INDEX
-from hydrosim.scene.force import CHAIN, STEEL
+from hydrosim.scene.force import CHAIN, STEEL, BreakingElement, BuildContext
 from hydrosim.scene.signal import LengthOverTime, RecordedColumns, length_signal
 
 if TYPE_CHECKING:
@@ -141,7 +141,8 @@ class Seabed(SchemaModel):
         return self
 
 
-class CatenaryEntry(Breaking):
+@schema_class
+class CatenaryEntry(BreakingElement):
     """A mooring line with weight: segments between a point of a body and an anchor on the earth or
     on another body, in static balance."""
 
@@ -166,13 +167,13 @@ class CatenaryEntry(Breaking):
         "capacity": "200 kN",
     }
 
-    type: Literal["catenary"]
+    type: Literal["catenary"] = field(default="catenary", kw_only=True)
     """A mooring line with weight, in static balance."""
     point: of.Point
     """Fairlead: end of the line on the body, in the body frame."""
     anchor: of.Point
     """Other end of the line, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = None
+    anchor_body: StrictStr | None = field(default=None, kw_only=True)
     """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
     tender."""
     segments: Annotated[tuple[Segment, ...], AfterValidator(of.require_entries)]
@@ -203,7 +204,7 @@ class CatenaryEntry(Breaking):
             if isinstance(segment.length, RecordedColumns):
                 yield ("segments", i, "length"), segment.length
 
-    def build(self, where: BuildContext) -> BuiltCatenary:
+    def build_active(self, where: BuildContext) -> BuiltCatenary:
         from hydrosim.elements.line.catenary import Catenary as BuiltCatenary  # loads numba
         from hydrosim.elements.signal import first_value
 
@@ -232,6 +233,7 @@ class CatenaryEntry(Breaking):
             paying=NO_INDEX if paid is None else 0,
             curves=curves,
             capacity=self.capacity,
+            active=super().build_active(where).active,
         )
 
 
@@ -250,13 +252,14 @@ class Vessel(NamedTuple):
     depth: float
 
 
-class Lines(Breaking):
+@schema_class
+class Lines(BreakingElement):
     """A mooring system from a file of MoorDyn or MoorPy: a catenary for each of its lines."""
 
     tension_channel: ClassVar[str] = "line_tension"
     example: ClassVar[dict[str, Any]] = {"type": "lines", "body": "barge", "file": "lines.txt"}
 
-    type: Literal["lines"]
+    type: Literal["lines"] = field(default="lines", kw_only=True)
     """A mooring system from a file, a catenary for each of its lines."""
     file: StrictStr
     """Input file of MoorDyn or MoorPy. The origin of its axes is the body's database at rest.
@@ -268,23 +271,19 @@ class Lines(Breaking):
         """The file."""
         return Source(where.path.parent / self.file, f"{where.path}: {where.key}.file")
 
-    def build(self, where: BuildContext) -> ForceElement:
-        raise NotImplementedError("a file with lines is several elements")
-
     def elements(self, where: BuildContext, vessel: Vessel) -> dict[str, ForceElement]:
         """The elements of the scene by name: that of this element, and that of the line."""
         name = where.key.removeprefix("forces.")
         system = read_mooring_system(self.source(where))
-        elements = {
+        lines = {
             f"{name}_{key}": line.build_active(
                 BuildContext(f"forces.{name}_{key}", where.path, where.water)
             )
             for key, line in self.read_lines(system, where, vessel).items()
         }
         left_out = tuple(entry._replace(key=f"{where.key}.file") for entry in system.left_out)
-        first, line = next(iter(elements.items()))
-        elements[first] = replace(cast("BuiltCatenary", line), left_out=left_out)
-        return elements
+        first, line = next(iter(lines.items()))
+        return {**lines, first: replace(line, left_out=left_out)}
 
     def read_lines(
         self, system: System, where: BuildContext, vessel: Vessel
@@ -299,9 +298,9 @@ class Lines(Breaking):
         return {name: self._catenary(line, vessel, bed) for name, line in lines.items()}
 
     def _catenary(self, line: MooringLine, vessel: Vessel, bed: Seabed | None) -> CatenaryEntry:
-        return CatenaryEntry.model_construct(
+        return CatenaryEntry.build_from(
+            self,
             type="catenary",
-            body=self.body,
             point=tuple(float(v) for v in np.subtract(line.fairlead, vessel.centre)),
             anchor=earth_place(line.anchor, vessel),
             segments=tuple(
@@ -318,10 +317,6 @@ class Lines(Breaking):
                 for s in line.segments
             ),
             seabed=bed,
-            capacity=self.capacity,
-            breaks_at=self.breaks_at,
-            active=self.active,
-            when=self.when,
         )
 
 

@@ -41,7 +41,8 @@ def ask_about_mass(about: query.SceneContext) -> Iterator[query.Query]:
                 f"a displaced mass of {displaced:.4g} kg in its database",
                 "No body of that mass floats there: check its unit."
                 if hopeless
-                else "Weight and buoyancy are assumed to balance.",
+                else "Weight and buoyancy are assumed to balance. If lines or contacts carry the"
+                " difference, write `weight: carried`.",
                 hopeless and not held,
             )
 

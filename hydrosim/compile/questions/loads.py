@@ -10,7 +10,6 @@ import numpy as np
 from hydrosim.compile.questions import query
 from hydrosim.elements.line.catenary import Catenary, pieces_of_line
 from hydrosim.elements.line.points import largest_strain
-from hydrosim.elements.line.winch import Winch
 from hydrosim.integrate.state import start_loads
 from hydrosim.scene import Body, Weight
 from hydrosim.scene.contacts import Contact
@@ -18,6 +17,7 @@ from hydrosim.scene.force import strongest_breaking_load
 from hydrosim.scene.links import Spring, TwoPointElement
 from hydrosim.scene.loads import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.scene.scene import joined_with
+from hydrosim.scene.winch import Winch
 
 # Share of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
 MOST_OF_BREAKING = 2.0
@@ -164,12 +164,12 @@ def _allowable_force(line: TwoPointElement) -> float:
     """Allowable tension [N] of a line; infinite if none is given."""
     if line.capacity is not None:
         return line.capacity
-    return inf if not isinstance(line, Winch) or line.control is None else _set_tension(line)
+    return _set_tension(line) if isinstance(line, Winch) else inf
 
 
 def _set_tension(line: Winch) -> float:
     """Tension that a drum holds [N]; infinite if it controls a length or a speed."""
-    return float(getattr(line.control, "tension", np.inf))
+    return inf if line.tension is None else line.tension
 
 
 # Coefficients of wind and current: size beside the hull, and sign.

@@ -395,7 +395,7 @@ def _tank_levels(
     timeline = integrate_tanks(p, about.end) if names else None
     unforeseen = unforeseen_tanks(body)
     for tank in body.tanks:
-        if tank.surface == scene.FreeSurface.FROZEN:
+        if tank.free_surface == scene.FreeSurface.FROZEN:
             continue
         ends = np.array([tank.level])
         if tank.name in unforeseen:

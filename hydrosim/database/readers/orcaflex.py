@@ -313,10 +313,16 @@ def _find_vessel(model: _Node, given: Given) -> _Vessel:
     if given.draught is not None:
         chosen = [k for k, name in enumerate(names) if name == given.draught]
         candidates = [candidates[k] for k in chosen]
+    if not names:
+        raise model.wrong(
+            "VesselTypes",
+            "no draught with load RAOs",
+            "one: displacement RAOs are motions, which a `drive` prescribes, and no loads",
+        )
     if len(candidates) != 1:
         raise model.wrong(
             "VesselTypes",
-            f"draughts with load RAOs: {' and '.join(map(repr, names)) or 'none'}",
+            f"draughts with load RAOs: {' and '.join(map(repr, names))}",
             "one: choose it by its name, with `draught` in a case or `--given draught=` for"
             " `hydrosim db`",
         )

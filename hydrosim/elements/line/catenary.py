@@ -58,7 +58,6 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import LINE_PIECE, add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement, OmittedEntry
-from hydrosim.scene.force import LimitedElement
 from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.signal import Signal, constant
 from hydrosim.water.current import current_at, mean_current
@@ -91,7 +90,7 @@ NEARLY_SLACK = shape.MAX_SLACK_PULL  # of the weight: horizontal pull below whic
 
 
 @dataclass(frozen=True)
-class Catenary(TwoPointElement, LimitedElement):
+class Catenary(TwoPointElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
 
     Segments (n,) from the fairlead to the anchor: unstretched ``length`` [m], ``weight`` in water
@@ -103,18 +102,16 @@ class Catenary(TwoPointElement, LimitedElement):
     not.
     """
 
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
     length: np.ndarray
     weight: np.ndarray
     stiffness: np.ndarray
     hung: np.ndarray
     drag_width: np.ndarray
     friction: float | None = None
-    anchor_body: str | None = None
     paid: Signal | None = None
     paying: int = NO_INDEX
     curves: Mapping[int, np.ndarray] = field(default_factory=dict, kw_only=True)
+    capacity: float | None = field(default=None, kw_only=True)
     left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
     def dragging_streams(self) -> Collection[str]:

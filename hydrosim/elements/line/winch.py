@@ -23,7 +23,6 @@ a snap load is depends on mass and damping of the wire: programs disagree on it 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Any, ClassVar, NamedTuple
 
@@ -43,11 +42,7 @@ from hydrosim.elements.line.drum import (
     SPEED_CONTROL,
     STUCK,
     TENSION_CONTROL,
-    Compensation,
-    Control,
     DrumLoad,
-    SpeedControl,
-    TensionControl,
 )
 from hydrosim.elements.pair import apply_tension, line_between
 from hydrosim.elements.signal import NOTHING, SIGNAL, compile_signals, rate, value
@@ -66,9 +61,8 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import scale, vector
 from hydrosim.scene import ForceElement, Scene
-from hydrosim.scene.force import LimitedElement
-from hydrosim.scene.links import TwoPointElement
-from hydrosim.scene.signal import Signal, Table, largest_corner
+from hydrosim.scene.signal import Signal
+from hydrosim.scene.winch import Compensation, Winch
 
 WIRE_SLACK, WIRE_TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
 WIRE_LENGTH, DRUM_SPEED, DRIVE_WORK, DRUM_FRICTION, SNAP_SPEED, LARGEST_TENSION, WINCH_STATES = (
@@ -79,52 +73,6 @@ WINCH_STATE_NAMES = (
     *("speed of the last snap", "largest tension"),
 )
 WIRE_TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, WINCH_OUTPUTS = range(5)  # see `write_outputs`
-
-
-@dataclass(frozen=True)
-class Winch(TwoPointElement, LimitedElement):
-    """A wire of ``stiffness`` EA [N] and ``damping`` c [s] from ``point`` of the body to ``anchor``
-    on the earth or in the frame of ``anchor_body``. Its ``length`` off the drum without load is a
-    signal over time [m]. Or it is a number at the start [m], None for that at which the set tension
-    acts, and the ``control`` changes it within the ends of the ``drum`` (shortest, longest) [m]."""
-
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    stiffness: float
-    length: Signal | float | None
-    control: Control | None = None
-    drum: tuple[float, float] = (0.0, inf)
-    damping: float = 0.0
-    anchor_body: str | None = None
-
-    def check(self, name: str) -> None:
-        if self.control is None and not isinstance(self.length, Signal):
-            raise InputError(
-                f"forces.{name}: found a winch that nothing drives; expected a control, or a length"
-                " over time. A wire of constant length is a Spring."
-            )
-        if self.length is None and not isinstance(self.control, TensionControl):
-            raise InputError(f"forces.{name}.length: found none; expected a length at the start.")
-
-    def can_add_energy(self) -> bool:
-        """A drum that heaves in gives energy."""
-        return True
-
-    def signals(self) -> Iterator[tuple[str, Any]]:
-        if isinstance(self.length, Signal):
-            yield "length", self.length
-        if isinstance(self.control, SpeedControl):
-            yield "speed", self.control.speed
-
-    def jumps(self) -> Iterator[tuple[str, float]]:
-        if self.damping and isinstance(self.length, Table):
-            size = self.stiffness * self.damping / float(self.length.value.min())
-            yield "length", size * largest_corner(self.length)
-
-    def mirror_image(self) -> ForceElement | None:
-        if isinstance(self.control, Compensation):  # its point is known by name alone
-            return None
-        return super().mirror_image()
 
 
 WINCH = np.dtype(
@@ -168,7 +116,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: kinds.Layout)
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
         signal = NOTHING if signals[name] is None else next(compiled)
         wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
-        follows = _compensation_fields(name, e.control, layout, delays)
+        follows = _compensation_fields(name, e.compensation, layout, delays)
         rows.append((*ends, *wire, _drum_fields(e), signal, *follows))
         delays += follows[-2] != NO_INDEX
     return WinchConstants(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
@@ -180,34 +128,35 @@ def _first_length(e: Winch, layout: kinds.Layout) -> float:
         return 0.0
     if e.length is not None:
         return e.length
-    assert isinstance(e.control, TensionControl)
+    assert e.tension is not None
     here = layout.place_at_rest(e.body, e.point)
     there = layout.place_at_rest(e.anchor_body, e.anchor)
-    return float(np.linalg.norm(there - here)) / (1.0 + e.control.tension / e.stiffness)
+    return float(np.linalg.norm(there - here)) / (1.0 + e.tension / e.stiffness)
 
 
 def _drum_fields(e: Winch) -> tuple[Any, ...]:
     """Values of `DRUM`."""
-    shortest, longest = e.drum
-    c = e.control
-    if isinstance(c, TensionControl):
-        T = c.tension
-        low = T * (1.0 - c.dead_band - c.friction_in)
-        high = T * (1.0 + c.dead_band + c.friction_out)
-        losses = (T * c.friction_in, T * c.friction_out)
-        limits = (c.speed, c.acceleration, shortest, longest)
+    if e.tension is not None:
+        T = e.tension
+        inwards, outwards = e.friction.heave_in, e.friction.pay_out
+        low = T * (1.0 - e.dead_band - inwards)
+        high = T * (1.0 + e.dead_band + outwards)
+        losses = (T * inwards, T * outwards)
+        limits = (e.speed, e.acceleration or 0.0, *e.ends)
         return TENSION_CONTROL, T, low, high, *losses, *limits
-    kind = SPEED_CONTROL if isinstance(c, SpeedControl) else LENGTH_CONTROL
-    kind = COMPENSATION if isinstance(c, Compensation) else kind
-    fastest = c.speed if isinstance(c, Compensation) else inf
-    return kind, 0.0, 0.0, 0.0, 0.0, 0.0, fastest, 0.0, shortest, longest
+    kind = LENGTH_CONTROL if e.speed is None else SPEED_CONTROL
+    fastest = inf
+    if e.compensation is not None:
+        kind = COMPENSATION
+        fastest = inf if e.compensation.speed is None else e.compensation.speed
+    return kind, 0.0, 0.0, 0.0, 0.0, 0.0, fastest, 0.0, *e.ends
 
 
 def _compensation_fields(
-    name: str, control: Control | None, layout: kinds.Layout, delays: int
+    name: str, control: Compensation | None, layout: kinds.Layout, delays: int
 ) -> tuple[int, tuple[float, ...], float, float, int, np.ndarray]:
     """Values of `WINCH` for a compensation."""
-    if not isinstance(control, Compensation):
+    if control is None:
         return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, drum.delay_factors(0.0)
     if control.point not in layout.points:
         point_names = (
@@ -568,9 +517,8 @@ class WinchKind(kinds.KindWithModeSets):
 
     def states(self, p: WinchConstants, scene: Scene) -> Iterator[kinds.StateBlocks]:
         every = {name: e for name, e in scene.forces.items() if isinstance(e, Winch)}
-        controls = {name: e.control for name, e in every.items()}
         yield kinds.StateBlocks("winch", [*every], WINCH_STATE_NAMES)
-        late = [n for n, c in controls.items() if isinstance(c, Compensation) and c.delay]
+        late = [n for n, e in every.items() if e.compensation and e.compensation.delay]
         yield kinds.StateBlocks("winch delay", late, DELAY)
 
     def coupled_states(self, p: WinchConstants) -> np.ndarray:

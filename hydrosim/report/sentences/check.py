@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.analysis.ballast import with_contents_at
-from hydrosim.case import Case, load_case
+from hydrosim.case import Case, as_case
 from hydrosim.compile import sizes
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_calm, compile_scene
@@ -179,6 +179,7 @@ SIDES = (
 """Where a stream comes from that goes to 0, 45, 90, ... degrees of a body's heading."""
 ALONG_AXIS = sin(pi / 8.0)  # component below which a direction is along the other axis
 MAX_NAMED_BODIES = 4
+ANGLE_DIGITS = 9  # of rad: what is smaller is left over from the search for rest
 FLOATING_HEAD = (
     "body",
     "heading",
@@ -218,12 +219,11 @@ def _floating_row(
     size = extents(body, db)
     stiffness = require_array(db, "hydrostatic_stiffness")
     transverse, longitudinal = (float(stiffness[k, k]) / (body.mass * gravity) for k in (3, 4))
+    angles = heading, atan2(R[2, 1], R[2, 2]), atan2(-R[2, 0], hypot(R[0, 0], R[1, 0]))
     height = float(about.centre(about.body_numbers[body.name])[2])
     return [
         body.name,
-        document_nodes.Value(heading, "rad", 3),
-        document_nodes.Value(atan2(R[2, 1], R[2, 2]), "rad", 3),
-        document_nodes.Value(atan2(-R[2, 0], hypot(R[0, 0], R[1, 0])), "rad", 3),
+        *(document_nodes.Value(round(angle, ANGLE_DIGITS), "rad", 3) for angle in angles),
         document_nodes.Value(size.draught, "m", 3) if size is not None else "",
         document_nodes.Value(height, "m", 3),
         document_nodes.Value(transverse, "m", 3),
@@ -360,8 +360,7 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
     """What `hydrosim check` prints of a case, of the case in a file or of a scene; `print` and
     notebooks show it. Step limits and natural periods are also those at ``times`` [s]. Raises
     InputError as `simulate` does."""
-    read = load_case(case) if isinstance(case, str | Path) else case
-    scene = read if isinstance(read, Scene) else read.scene()
+    scene = case if isinstance(case, Scene) else as_case(case).scene()
     return check_document(scene, times)
 
 

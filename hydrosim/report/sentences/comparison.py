@@ -12,7 +12,13 @@ import numpy as np
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
-from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, Sections, build_sections, lines_of
+from hydrosim.report.sentences.sections import (
+    MAX_TABLE_ROWS,
+    Sections,
+    build_sections,
+    lines_of,
+    table_of,
+)
 from hydrosim.report.sentences.series import CHARTS_NOTE
 
 if TYPE_CHECKING:
@@ -228,21 +234,13 @@ def _describe_contacts(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     contacts = comparison.isel(channel=np.flatnonzero(~np.isnan(comparison.share_ours.values)))
     if contacts.sizes["channel"] == 0:
         return
-    head = ("contact", "first, ours", "first, recorded", "share, ours", "share, recorded")
     columns = {
-        "first_ours": "s",
-        "first_recorded": "s",
-        "share_ours": "share",
-        "share_recorded": "share",
+        "first, ours": (contacts.first_ours, "s"),
+        "first, recorded": (contacts.first_recorded, "s"),
+        "share, ours": (contacts.share_ours, "share"),
+        "share, recorded": (contacts.share_recorded, "share"),
     }
-    rows: list[list[document_nodes.Cell]] = [
-        [
-            str(name),
-            *(document_nodes.Value(float(contacts[c][k]), unit) for c, unit in columns.items()),
-        ]
-        for k, name in enumerate(contacts.channel.values)
-    ]
-    yield document_nodes.Table(head, rows, "First contact and share of the time in contact")
+    yield table_of("contact", columns, "First contact and share of the time in contact")
 
 
 def _comparison_assumptions(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
@@ -442,17 +440,13 @@ def _difference_table(rows: xr.Dataset) -> document_nodes.Table:
 
 def _study_row(channel: xr.Dataset) -> list[document_nodes.Cell]:
     unit = str(channel.units.values)
-    mean = [
-        document_nodes.Value(float(channel[name]), unit) for name in ("ours_mean", "theirs_mean")
-    ]
+    names = ("ours_mean", "theirs_mean", "difference")
+    means = [document_nodes.Value(float(channel[name]), unit) for name in names]
     interval = document_nodes.Between(float(channel.low), float(channel.high), unit)
-    apart, chance = (
-        document_nodes.Value(float(channel.difference), unit),
-        document_nodes.Value(float(channel.chance), "", 2),
-    )
     theirs = abs(float(channel.theirs_mean)) or np.nan
     share = document_nodes.Value(float(channel.difference) / theirs, "share", 2)
-    return [str(channel.channel.values), *mean, apart, share, interval, chance]
+    chance = document_nodes.Value(float(channel.chance), "", 2)
+    return [str(channel.channel.values), *means, share, interval, chance]
 
 
 STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {

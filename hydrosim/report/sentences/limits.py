@@ -227,10 +227,7 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     lines: list[tuple[str, xr.Dataset]] = []
     for name, line in _limits_by_heading(at):
         for k, (other, earlier) in enumerate(lines):
-            if all(
-                _are_arrays_equal(line[part].values, earlier[part].values)
-                for part in LIMIT_VARIABLES
-            ):
+            if _limits_alone(line).equals(_limits_alone(earlier)):
                 lines[k] = f"{other}; {name}", earlier
                 break
         else:
@@ -238,8 +235,8 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return lines
 
 
-def _are_arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
-    return np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
+def _limits_alone(line: xr.Dataset) -> xr.Dataset:
+    return line[[*LIMIT_VARIABLES]].reset_coords(["swell", "heading"], drop=True)
 
 
 def _heading_words(heading: float, limits: xr.Dataset) -> str:

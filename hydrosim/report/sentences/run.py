@@ -506,13 +506,12 @@ def _describe_externals(run: xr.Dataset) -> Iterator[Node]:
         yield List(acted, "External forces, by functions of Python", detail=True)
     if "external" in run.dims and run.time.size:
         last = run.isel(time=-1)
+        names, calls, energies = (
+            last[name].values for name in ("external", "external_calls", "external_delay_energy")
+        )
         rows: list[list[Cell]] = [
-            [
-                name,
-                f"{int(last.external_calls.sel(external=name))}",
-                Value(float(last.external_delay_energy.sel(external=name)), "J"),
-            ]
-            for name in map(str, run.external.values)
+            [str(name), f"{int(count)}", Value(float(energy), "J")]
+            for name, count, energy in zip(names, calls, energies, strict=True)
         ]
         yield Table(("external force", "calls", "energy of its delay"), rows)
 

@@ -66,6 +66,22 @@ def _build_section(part: SectionBuilder[Result], result: Result) -> Iterator[doc
         )
 
 
+def table_of(
+    head: str, columns: Mapping[str, tuple[Any, ...]], title: str = ""
+) -> document_nodes.Table:
+    """Table with a row for each label of the one dimension of the ``columns``: by heading, an array
+    with the unit and the digits that its values are shown with."""
+    (first, *_), *_ = columns.values()
+    rows: list[list[document_nodes.Cell]] = [
+        [
+            str(label),
+            *(document_nodes.Value(float(of[k]), *shown) for of, *shown in columns.values()),
+        ]
+        for k, label in enumerate(first[first.dims[0]].values)
+    ]
+    return document_nodes.Table((head, *columns), rows, title)
+
+
 # The title block of a report: project, client, author, revision, sea.
 
 LABELS = {

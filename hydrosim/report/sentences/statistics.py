@@ -13,13 +13,17 @@ from hydrosim.files import document_nodes
 from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
 from hydrosim.report.sentences import run as run_sentences
-from hydrosim.report.sentences.sections import lines_of, title_of
+from hydrosim.report.sentences.sections import lines_of, table_of, title_of
 from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
-from hydrosim.statistics.over_seeds import UNIT_DIMS
-from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
+from hydrosim.statistics.over_seeds import FORCE_DIMS
+from hydrosim.statistics.statistics import (
+    CHANNEL_VARIABLES,
+    EXTREME_SIDES,
+    statistics,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,10 +81,9 @@ def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
             )
     if "wave" in statistics:
         yield StatisticsChannel("wave", {}, "wave elevation", "m")
-    for kind in UNIT_DIMS:
-        for name in map(str, statistics[kind].values if kind in statistics.coords else ()):
-            if f"{kind}_force" in statistics:
-                yield StatisticsChannel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
+    for force, dim in FORCE_DIMS.items():
+        for name in map(str, statistics[dim].values if force in statistics else ()):
+            yield StatisticsChannel(force, {dim: name}, f"force of {name}", "N")
     for name in map(str, statistics.channel.values if "channel" in statistics.dims else ()):
         unit = str(statistics.unit.sel(channel=name).item())
         yield StatisticsChannel("named", {"channel": name}, name, unit)
@@ -88,6 +91,7 @@ def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
 
 MIN_SAMPLES = 16
 """Records that figures are made of."""
+PHASE_FIGURES = ("mean", "std", "smallest", "largest")
 MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
 LAW_NAMES = {
     ExtremeModel.GAUSSIAN: "a Gaussian process",
@@ -173,24 +177,13 @@ def statistics_document(run: xr.Dataset, statistics: xr.Dataset) -> Document:
 def line_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Tensions of lines at the start of the run, and how much of their capacities they use."""
     rows: list[list[document_nodes.Cell]] = []
-    for dim in LINES:
-        if (start := f"{dim}_start") in statistics:
-            for name in map(str, statistics[dim].values):
-                used = (
-                    statistics[f"{dim}_used"].sel({dim: name})
-                    if f"{dim}_used" in statistics
-                    else np.nan
-                )
-                share: document_nodes.Cell = (
-                    document_nodes.Value(float(used), "share", 3) if np.isfinite(used) else ""
-                )
-                rows.append(
-                    [
-                        name,
-                        document_nodes.Value(float(statistics[start].sel({dim: name})), "N"),
-                        share,
-                    ]
-                )
+    for start in (f"{dim}_start" for dim in LINES if f"{dim}_start" in statistics):
+        tensions = statistics[start]
+        shares = statistics.get(f"{tensions.dims[0]}_used", np.nan * tensions)
+        for tension, share in zip(tensions, shares, strict=True):
+            used = document_nodes.Value(float(share), "share", 3) if np.isfinite(share) else ""
+            name = str(tension[tensions.dims[0]].values)
+            rows.append([name, document_nodes.Value(float(tension), "N"), used])
     if rows:
         head = ("line", "tension at the start", "largest of capacity")
         yield document_nodes.Table(head, rows, "Tensions over the whole run")
@@ -218,7 +211,8 @@ def statistics_nodes(
 
 def figures(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Moments of each channel that varies, its extremes, and why there are none."""
-    channels = list(channels_of(statistics))
+    every_channel = list(channels_of(statistics))
+    channels = list(_channels_once(every_channel))
     yield from _mean_verdicts(statistics, channels)
     moments = [_moment_cells(statistics, channel) for channel in channels]
     yield document_nodes.Table(("channel", *MOMENTS), moments)
@@ -241,7 +235,16 @@ def figures(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
         yield document_nodes.List(without, "No extremes:")
         if any(SEEDS_HINT in item.text for item in without):
             yield document_nodes.Sentence(STATISTICS_METHOD_NOTE)
-    yield from _describe_phases(statistics, channels)
+    yield from _describe_phases(statistics, every_channel)
+
+
+def _channels_once(channels: Sequence[StatisticsChannel]) -> Iterator[StatisticsChannel]:
+    """The channels without those that were also asked for by name."""
+    requested = {channel.title for channel in channels if channel.kind not in CHANNEL_VARIABLES}
+    for channel in channels:
+        variable = CHANNEL_VARIABLES.get(channel.kind, (channel.kind,))[0]
+        if ".".join((variable, *channel.at.values())) not in requested:
+            yield channel
 
 
 def contact_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
@@ -250,13 +253,10 @@ def contact_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
         return
     yield from run_sentences.stage_nodes(statistics)
     if "fender_share" in statistics:
-        modes = [str(mode) for mode in statistics["mode"].values]
-        rows = [
-            _mode_cells(statistics.sel(fender=name), modes) for name in statistics.fender.values
-        ]
-        yield document_nodes.Table(
-            ("contact", *modes, "slipped"), rows, "Share of time in each contact mode"
-        )
+        shares, modes = statistics.fender_share, map(str, statistics["mode"].values)
+        columns = {mode: (shares.sel(mode=mode), "share", 3) for mode in modes}
+        columns["slipped"] = (statistics.fender_slipped, "m", 4)
+        yield table_of("contact", columns, "Share of time in each contact mode")
     if rows := list(_phase_rows(statistics)):
         head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
         yield document_nodes.Table(head, rows, "Crawl by phase")
@@ -351,15 +351,12 @@ def _describe_phases(
         for group in _groups_in_operation(statistics):
             for phase in map(str, statistics.phase.values):
                 at = statistics.named_phase.sel(contact_group=group, phase=phase, **channel.at)
-                of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
-                if not np.isnan(of["mean"]):
-                    names = ("mean", "std", "smallest", "largest")
-                    values = (document_nodes.Value(of[name], channel.unit) for name in names)
+                figures = at.sel(statistic=list(PHASE_FIGURES)).values
+                if not np.isnan(figures[0]):
+                    values = (document_nodes.Value(float(x), channel.unit) for x in figures)
                     rows.append([channel.title, group, phase, *values])
     if rows:
-        yield document_nodes.Table(
-            ("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows
-        )
+        yield document_nodes.Table(("channel", "group", "phase", *PHASE_FIGURES), rows)
 
 
 def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
@@ -373,29 +370,14 @@ def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
     return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
 
 
-def _mode_cells(contact: xr.Dataset, modes: Sequence[str]) -> list[document_nodes.Cell]:
-    shares = (
-        document_nodes.Value(float(contact.fender_share.sel(mode=mode)), "share", 3)
-        for mode in modes
-    )
-    return [
-        str(contact.fender.values),
-        *shares,
-        document_nodes.Value(float(contact.fender_slipped), "m"),
-    ]
-
-
 def _phase_rows(statistics: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
     for group in _groups_in_operation(statistics):
         for phase in map(str, statistics.phase.values):
             at = statistics.sel(contact_group=group, phase=phase)
             seconds = float(at.phase_duration)
             for body in map(str, statistics.body.values if seconds > 0.0 else ()):
-                x, y = at.phase_crawl.sel(body=body).values
-                moved = [
-                    document_nodes.Value(float(x), "m", 3),
-                    document_nodes.Value(float(y), "m", 3),
-                ]
+                crawl = at.phase_crawl.sel(body=body).values
+                moved = [document_nodes.Value(float(x), "m", 3) for x in crawl]
                 yield [group, phase, document_nodes.Value(seconds, "s"), body, *moved]
 
 

@@ -276,6 +276,15 @@ def _sentence_with_runs(text: str, run_numbers: list[int]) -> document_nodes.Sen
     return document_nodes.Sentence("{} ({} {})", [text, runs, named])
 
 
+def _describe_plan(title: str, runs: xr.Dataset) -> document_nodes.Sentence:
+    """How many runs there are; a single seed is named, because ``seeds: 8`` is one."""
+    count = runs.sizes["run"]
+    seeds = np.unique(runs.seed if "seed" in runs.coords else [])
+    text = f"{count} runs" if count > 1 else "1 run"
+    seed_text = f" with seed {seeds[0]}" if len(seeds) == 1 else ""
+    return document_nodes.Sentence("Plan: {}, {}.", [title, text + seed_text])
+
+
 def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if DESIGN not in runs.attrs:
@@ -291,7 +300,7 @@ def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield from results_table(plans)
     for plan in plans:
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
-        yield document_nodes.Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
+        yield _describe_plan(title, plan.runs)
         if plan.figures:
             yield from (
                 _describe_samples(plan)

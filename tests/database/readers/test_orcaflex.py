@@ -265,6 +265,8 @@ def test_messages_name_the_key(model, tmp_path):
         read(write(path, model | {"VesselTypes": [kind | {"RAOWaveUnit": "steepness"}]}))
     with pytest.raises(InputError, match=r"draughts with load RAOs: .* and .*, expected one"):
         read(write(path, model | {"VesselTypes": [kind, kind]}))
+    with pytest.raises(InputError, match=r"no draught with load RAOs, .* a .drive. prescribes"):
+        read(write(path, model | {"VesselTypes": [kind | {"Draughts": []}]}))
     draught = draught_of(model) | {"ReferenceOrigin": [0, "x", 0]}
     with pytest.raises(InputError, match=r'Draughts\[0\]\.ReferenceOrigin: found "x", expected'):
         read(write(path, model | {"VesselTypes": [kind | {"Draughts": [draught]}]}))

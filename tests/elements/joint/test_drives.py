@@ -54,7 +54,7 @@ def cart_and_rod(
     cart = carried("cart", CART, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), dofs=("surge",))
     rod = carried("rod", BOB, (ABOUT, ABOUT, 0.4), (0.0, 0.0, -ARM))
     pin = joint("hinge", "rod", "cart", moved(0.3, -0.2), point=(0.0, 0.0, ARM), axis=Y)
-    push = Drive("cart", **{"dof": "surge", "position": signal, **(drive or {})})
+    push = Drive(**{"body": "cart", "dof": "surge", "offset": signal, **(drive or {})})
     return scene([cart, rod], {"pin": pin}, DURATION, {"shake": push}, **solver)
 
 
@@ -110,7 +110,7 @@ def test_the_force_of_a_drive_is_that_of_newton() -> None:
     unit = np.zeros((6, 6))
     unit[0, 0] = 1.0
     held = hs.LinearMooring("block", stiffness * unit, damping * unit)
-    forces = {"held": held, "shake": Drive("block", dof="surge", position=SHAKE)}
+    forces = {"held": held, "shake": Drive("block", dof="surge", offset=SHAKE)}
     run = completed(by_rk4(scene([block], {}, DURATION, forces), 0.05))
     q, u, a = motion(SHAKE, TIME)
     force = mass * a + damping * u + stiffness * q
@@ -189,7 +189,7 @@ def crane(drive: Drive, **changes: Any) -> hs.Scene:
 def test_a_driven_joint_does_the_work_that_its_load_takes() -> None:
     """The moment of the drive turns all angular momentum about its axis."""
     turn = Harmonic(0.5, 6.0)
-    run = completed(crane(Drive("boom", dof="angle", position=turn, joint="slew")))
+    run = completed(crane(Drive(joint="slew", motion="angle", angle=turn)))
     q, u, _ = motion(turn, TIME)
     slew = run.sel(joint_motion="slew angle")
     np.testing.assert_allclose(slew.joint_position, q, rtol=0.0, atol=1e-13)
@@ -210,7 +210,7 @@ def test_any_angle_of_a_body_can_be_driven(kinematics: Kinematics) -> None:
     stiff = np.diag([80.0, 90.0, 120.0, 40.0, 60.0, 50.0])
     stiff[3, 4] = stiff[4, 3] = 15.0
     held = hs.LinearMooring("block", stiff, 0.02 * stiff)
-    forces = {"held": held, "shake": Drive("block", dof="roll", position=SHAKE)}
+    forces = {"held": held, "shake": Drive("block", dof="roll", angle=SHAKE)}
     still = replace(block, weight=Weight.BALANCED)
     run = completed(scene([still], {}, DURATION, forces, kinematics=kinematics))
     q, _, _ = motion(SHAKE, TIME)
@@ -268,7 +268,7 @@ def test_angles_that_are_none_or_leave_the_water_are_refused_before_the_run(
     """A pitch that has no angle, and a roll that takes a hull out of its water."""
     wet = {"hydrostatics": Hull(BOX)} if hull else {"weight": Weight.BALANCED}
     block = carried("block", 12.0, (5.0, 9.0, 7.0), (0.0,) * 3, **wet)
-    turn = {"turn": Drive("block", dof=dof, position=Harmonic(np.radians(amplitude), 8.0))}
+    turn = {"turn": Drive("block", dof=dof, angle=Harmonic(np.radians(amplitude), 8.0))}
     whole = replace(scene([block], {}, 8.0, turn), accept=tuple(Question) if hull else ())
     if refuses:
         expected = f"forces.turn.angle: found a {dof} of up to 86 deg; expected less than 85 deg"
@@ -283,24 +283,29 @@ def test_a_driven_hull_that_capsizes_names_its_drive() -> None:
     still = replace(block, name="still", location=(50.0, 0.0))
     hulls = [replace(each, hydrostatics=Hull(BOX)) for each in (still, block)]
     pin = hs.Hinge("block", axis=(0.0, 1.0, 0.0))
-    turn = Drive("block", dof="angle", joint="pin", position=Harmonic(np.radians(95.0), 8.0))
+    turn = Drive(joint="pin", motion="angle", angle=Harmonic(np.radians(95.0), 8.0))
     whole = replace(scene(hulls, {"pin": pin}, 8.0, {"turn": turn}), accept=tuple(Question))
     with pytest.raises(hs.SimulationError, match=r"heel of its hull.*moved by forces\.turn"):
         hs.simulate(whole)
+
+
+def along(name: str) -> dict[str, Any]:
+    """Keys of a drive of the surge of a joint."""
+    return {"body": None, "dof": None, "joint": name, "motion": "surge"}
 
 
 def test_mistakes_are_told() -> None:
     short = SmoothTable(np.array([0.0, 5.0]), np.array([0.0, 1.0]))
     falling = SmoothTable(np.array([0.0, 6.0, 5.0, 11.0]), np.arange(4.0))
     record = Recorded(np.arange(6.0), np.arange(6.0))
-    hook = Drive("load", dof="rotation_x", position=SHAKE, joint="hook")
-    boom = Drive("boom", dof="surge", position=SHAKE)
+    hook = Drive(joint="hook", motion="rotation_x", angle=SHAKE)
+    boom = Drive("boom", dof="surge", offset=SHAKE)
     whole = cart_and_rod()
     (cart, rod), away = whole.bodies, (1.0, 0, 0, 0, 0, 0)
-    again = {**whole.forces, "again": Drive("cart", dof="surge", position=SHAKE)}
+    again = {**whole.forces, "again": Drive("cart", dof="surge", offset=SHAKE)}
     stuck = Acting(friction=JointFriction(1.0, 1.0))
     pin = with_motions(whole.joints["pin"], stuck)
-    turn = {"turn": Drive("rod", dof="angle", position=SHAKE, joint="pin")}
+    turn = {"turn": Drive(joint="pin", motion="angle", angle=SHAKE)}
     place = "an initial position of 1 m in surge of cart, which this drive starts with 0.4336"
     for text, wrong in {
         "is locked by bodies.cart.dofs": cart_and_rod(drive={"dof": "sway"}),
@@ -309,8 +314,7 @@ def test_mistakes_are_told() -> None:
         "forces.shake.offset: found a record from 0 s to 5 s": cart_and_rod(record),
         "expected two or more, which rise": cart_and_rod(falling),
         "forces.shake.offset: found straight lines": cart_and_rod(Table(KNOTS, VALUES)),
-        "expected a joint of the scene: pin": cart_and_rod(drive={"joint": "pit"}),
-        "shake.motion: found surge; expected a motion of pin": cart_and_rod(drive={"joint": "pin"}),
+        "shake.motion: found surge; expected a motion of pin": cart_and_rod(drive=along("pin")),
         "which the joint slew carries": crane(boom),
         "turns of a ball follow no angle": crane(hook),
         "forces.again: shake drives surge of cart already": replace(whole, forces=again),
@@ -319,6 +323,8 @@ def test_mistakes_are_told() -> None:
         "found friction in joints.pin": replace(whole, joints={"pin": pin}, forces=turn),
     }.items():
         assert text in refused(wrong)
+    with pytest.raises(InputError, match=r"shake\.joint: found pit; expected a joint of the"):
+        cart_and_rod(drive=along("pit"))
 
 
 def test_a_run_to_start_from_must_end_where_the_drive_begins() -> None:
@@ -355,7 +361,7 @@ def test_work_and_impulse_of_a_drive_when_a_joint_closes(method, validated):
     cart = carried("cart", CART, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), **dry)
     block = carried("block", mass, (1.0, 1.0, 1.0), (3.0, 0.0, 0.0), **dry)
     lock = replace(joint("fixed", "block", "cart"), active=hs.Active(hs.When(at)))
-    push = Drive("cart", dof="surge", position=SHAKE)
+    push = Drive("cart", dof="surge", offset=SHAKE)
     whole = scene([cart, block], {"lock": lock}, DURATION, {"shake": push})
     whole = replace(whole, solver=replace(whole.solver, method=method, step=0.02))
     run = completed(replace(whole, output_impulses=True))
@@ -447,7 +453,7 @@ def test_a_block_slides_on_a_driven_table(validated) -> None:
     top = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="table")
     mu = mass * grip / pressed
     pad = hs.Fender("block", np.zeros((1, 3)), top, normal, hs.Coulomb(mu, mu))
-    forces = {"shake": Drive("table", dof="surge", position=SHAKE), "pad": pad}
+    forces = {"shake": Drive("table", dof="surge", offset=SHAKE), "pad": pad}
     run = completed(scene([table, block], {}, DURATION, forces))
     place, speed, pull = slide_on_a_table(grip)
     assert np.ptp(place - motion(SHAKE, TIME)[0]) > 0.05
@@ -473,7 +479,7 @@ def four_bar(signal: Any, **changes: Any) -> hs.Scene:
         "c": joint("hinge", "coupler", "first", point=(-0.5 * apart_by, 0.0, 0.0), axis=Y),
         "d": joint("ball", "second", "coupler", point=head),
     }
-    crank = Drive("first", dof="angle", position=signal, joint="a")
+    crank = Drive(joint="a", motion="angle", angle=signal)
     return scene([first, second, coupler], joints, DURATION, {"crank": crank}, **changes)
 
 

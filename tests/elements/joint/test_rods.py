@@ -114,7 +114,7 @@ def test_a_rod_pendulum_with_a_driven_pivot(validated) -> None:
     # the drive starts beside the place at rest: the block moves along
     block = replace(block, position=(start, 0, 0, 0, 0, 0), velocity=(speed, 0, 0, 0, 0, 0))
     line = rod("block", "cart", point=(0.0, 0.0, EYE), to_point=(0.0, 0.0, 0.0))
-    drive = Drive("cart", dof="surge", position=SHAKE)
+    drive = Drive("cart", dof="surge", offset=SHAKE)
     run = completed(scene([block, cart], {"line": line}, DURATION, {"shake": drive}))
     angles, _ = swinging(0.5, (0.0, 0.0, 0.0), shaken)
     exact = centre(angles, SHAKE.amplitude * np.sin(2 * np.pi / SHAKE.period * TIME + SHAKE.phase))
@@ -220,7 +220,7 @@ def test_mistakes_are_told() -> None:
     locked = replace(block, dofs=("sway",))
     assert "joints.line: found a rod" in refused(scene([locked], {"line": line}, 1.0))
     still = Harmonic(0.0, 1.0)
-    drives = {name: Drive("block", dof=name, position=still) for name in ("surge", "heave")}
+    drives = {name: Drive("block", dof=name, offset=still) for name in ("surge", "heave")}
     upright = replace(block, dofs=("surge", "heave"))
     text = refused(scene([upright], {"line": line}, 1.0, drives))
     assert "drives (surge, heave) of motions that the joints line hold" in text

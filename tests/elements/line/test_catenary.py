@@ -227,8 +227,8 @@ def test_a_fairlead_on_a_circle(sense: float, CB: float, validated) -> None:
     L, w, EA, radius, turn, mass = 850.0, 1200.0, 6e8, 5.0, 60.0, 1e4
     moor = line((0.0, 0.0, 0.0), (780.0, 0.0, -200.0), (L,), (w,), (EA,), friction=CB)
     rate = 2.0 * np.pi / turn
-    along = Drive("block", dof="surge", position=Harmonic(radius, turn, phase=np.pi / 2))
-    up = Drive("block", dof="heave", position=Harmonic(sense * radius, turn))
+    along = Drive("block", dof="surge", offset=Harmonic(radius, turn, phase=np.pi / 2))
+    up = Drive("block", dof="heave", offset=Harmonic(sense * radius, turn))
     forces = {"along": along, "up": up, "bow": moor}
     case = scene(block(mass, ("surge", "heave")), forces, turn, 0.15, method=Method.RK4)
     run = hs.simulate(replace(case, environment=Environment(water_depth=200.0)))

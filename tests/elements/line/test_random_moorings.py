@@ -9,13 +9,16 @@ from markers import few
 
 from hydrosim.case import load_case
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import Catenary, Compensation, SpeedControl, Spring, TensionControl, Winch
+from hydrosim.elements import Catenary, Spring, Winch
 from tests.generators.moored_cases import moored_case
 from tests.generators.moored_lines import LINES
 from tests.generators.random_cases import text_of
 from tests.generators.scene_trials import offences, scene_of, tried
 
 FIRST = 1_000_000
+
+
+CONTROLS = ("length", "tension", "speed", "compensation")
 
 
 def test_a_random_moored_case_is_one_that_a_case_file_may_hold(tmp_path: Path) -> None:
@@ -31,16 +34,17 @@ def test_a_random_moored_case_is_one_that_a_case_file_may_hold(tmp_path: Path) -
         lines = [e for e in scene.forces.values() if isinstance(e, Catenary | Spring | Winch)]
         assert 2 <= len(lines) <= LINES + 2
         kinds.update(map(type, lines))
-        controls.update(type(e.control) for e in lines if isinstance(e, Winch))
+        winches = [e for e in lines if isinstance(e, Winch)]
+        controls.update(k for e in winches for k in CONTROLS if getattr(e, k) is not None)
         sizes[len(scene.bodies)] += 1
         given["segments"] += any(isinstance(e, Catenary) and e.length.size > 1 for e in lines)
         given["friction"] += any(isinstance(e, Catenary) and bool(e.friction) for e in lines)
         given["breaks"] += any(e.active and e.active.until and e.active.until.above for e in lines)
         given["joints"] += bool(scene.joints)
         given["gusts"] += scene.environment.gusts is not None
-        given["profile"] += scene.environment.current_profile is not None
+        given["profile"] += scene.environment.current.profile is not None
     assert kinds.keys() == {Catenary, Spring, Winch}
-    assert controls.keys() == {type(None), SpeedControl, TensionControl, Compensation}
+    assert controls.keys() == set(CONTROLS)
     assert sizes.keys() == {1, 2, 3}
     assert all(given.values())
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.elements import Harmonic, Spring, Table, TensionControl, Winch
+from hydrosim.elements import Harmonic, Spring, Table, Winch
 from hydrosim.elements.line.drum import (
     DRUM_INACTIVE,
     EMPTY,
@@ -101,9 +101,10 @@ class Drum:
         return SPAN / (1.0 + SET / self.EA)
 
     def scene(self, step: float, **solver: Any) -> hs.Scene:
-        control = TensionControl(SET, self.speed, self.dead_band, *self.friction)
-        shape = ("block", ORIGIN, (-SPAN, 0.0, 0.0), self.EA, None, control, self.ends)
-        winch = Winch(*shape, damping=self.damping)
+        control = {"tension": SET, "speed": self.speed, "dead_band": self.dead_band}
+        drum = {"friction": hs.DrumFriction(*self.friction), "drum": hs.Drum(*self.ends)}
+        ends = ("block", ORIGIN, (-SPAN, 0.0, 0.0))
+        winch = Winch(*ends, self.EA, **control, **drum, damping=self.damping)
         push = scenes.central_force(surge=Harmonic(self.swing, 7.0, SET))
         body = scenes.block(self.mass, ("surge",))
         forces = {"winch": winch, "push": push}
@@ -227,8 +228,9 @@ def test_the_drum_slips_between_700_and_1100_tonnes() -> None:
 
 def test_a_drum_with_an_acceleration_comes_to_rest_in_its_band() -> None:
     """A push of 1.5 T0 that stays: the drum speeds up at a, and pays out at its largest speed."""
-    control = TensionControl(SET, 0.5, 0.1, acceleration=0.2)
-    winch = Winch("block", ORIGIN, (-SPAN, 0.0, 0.0), 4e8, None, control, (5.0, 200.0), 0.05)
+    control = {"tension": SET, "speed": 0.5, "dead_band": 0.1, "acceleration": 0.2}
+    drum = {"drum": hs.Drum(5.0, 200.0), "damping": 0.05}
+    winch = Winch("block", ORIGIN, (-SPAN, 0.0, 0.0), 4e8, **control, **drum)
     forces = {"winch": winch, "push": scenes.central_force(surge=STEP_UP)}
     run = hs.simulate(scenes.scene(scenes.block(1e5, ("surge",)), forces, 10.0, 0.05, step=0.0025))
     speed = run.winch_speed.values[:, 0]
@@ -303,11 +305,12 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
 def in_the_plane(angle: float) -> hs.Scene:
     """A free block between two winches, mirror images of each other at ``angle`` 0, and turned."""
     turn = np.array([[cos(angle), -sin(angle), 0], [sin(angle), cos(angle), 0], [0, 0, 1]])
-    control = TensionControl(1e5, 0.5, 0.0, 0.1, 0.1)
+    friction = hs.DrumFriction(0.1, 0.1)
+    control = {"tension": 1e5, "speed": 0.5, "friction": friction, "drum": hs.Drum(5.0, 60.0)}
     winches = {}
     for name, y in (("port", 1.0), ("starboard", -1.0)):
         ends = (tuple(turn @ (0.0, y, 0.0)), tuple(turn @ (-30.0, 8.0 * y, 0.5)))
-        winches[name] = Winch("block", *ends, 5e6, None, control, (5.0, 60.0))
+        winches[name] = Winch("block", *ends, 5e6, **control)
     swing = zip(("surge", "sway"), 1e5 * turn[:2, 0], strict=True)
     pull = {dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5) for dof, f in swing}
 

@@ -1,6 +1,5 @@
 """Winches in case files: what is refused, by message, and what becomes of the keys."""
 
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ import pytest
 import yaml
 
 import hydrosim as hs
-from hydrosim.elements import Compensation, SpeedControl, TensionControl, Winch
+from hydrosim.elements import Harmonic, Winch
 from hydrosim.errors import InputError
 
 DRUM = {"shortest": "5 m", "longest": "80 m"}
@@ -90,18 +89,19 @@ def test_a_point_that_no_body_has_is_refused(tmp_path: Path) -> None:
 def test_keys_become_the_winch(tmp_path: Path) -> None:
     tugger = loaded(tmp_path, {**TUGGER, "friction": {"in": 0.3, "out": 0.1}, "rated_load": 2e6})
     assert isinstance(tugger, Winch)
-    assert tugger.control == TensionControl(1e6, 0.3, 0.05, 0.3, 0.1)
-    assert (tugger.length, tugger.drum, tugger.capacity) == (None, (5.0, 80.0), 2e6)
+    assert (tugger.tension, tugger.speed, tugger.dead_band) == (1e6, 0.3, 0.05)
+    assert tugger.friction == hs.DrumFriction(0.3, 0.1)
+    assert (tugger.length, tugger.ends, tugger.capacity) == (None, (5.0, 80.0), 2e6)
     hoist = loaded(tmp_path, {**WIRE, "length": TABLE, "breaks_at": "3 MN"})
     np.testing.assert_array_equal(hoist.length.value, [50.0, 40.0])
     assert hoist.active.until == hs.When(0.0, "winch_tension.line", above=3e6)
     speed = {"amplitude": "0.5 m/s", "period": "20 s"}
     driven = loaded(tmp_path, {**WIRE, "length": "50 m", "speed": speed, "drum": DRUM})
-    assert isinstance(driven.control, SpeedControl)
+    assert isinstance(driven.speed, Harmonic)
     follows = {"point": "top of load", "gain": 0.9, "delay": "0.2 s", "stroke": "6 m"}
     active = loaded(tmp_path, {**WIRE, "length": "50 m", "compensation": follows})
-    assert active.control == Compensation("top of load", 0.9, 0.2, inf)
-    assert active.drum == (47.0, 53.0)
+    assert active.compensation == hs.Compensation("top of load", 0.9, 0.2, stroke=6.0)
+    assert active.ends == (47.0, 53.0)
 
 
 def test_corners_of_a_damped_line_are_told(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from modes_apart import Event, integrate
 from scenes import block, central_force, moving, observed_orders, scene, steady
 
 import hydrosim as hs
-from hydrosim.elements import Compensation, Compensator, Harmonic, Winch
+from hydrosim.elements import Compensator, Harmonic, Winch
 from hydrosim.elements.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED, delay_factors
 from hydrosim.elements.link.gas import IN_STROKE, LOWER, SLACK_PIECE, UPPER
 from hydrosim.report.evidence import Feature, Kind
@@ -101,13 +101,12 @@ STRAIN = WEIGHT / EA
 
 def on_a_vessel(
     amplitude: float,
-    control: Compensation,
+    control: hs.Compensation,
     duration: float = 40.0,
-    drum: tuple[float, float] = (0.0, np.inf),
 ) -> hs.Scene:
     """A load on a winch under the tip of a heavy vessel, which heaves as its force makes it."""
-    shape = ("block", ORIGIN, ORIGIN, EA, SLACK_LENGTH, control, drum)
-    winch = Winch(*shape, damping=DAMPING, anchor_body="vessel")
+    shape = ("block", ORIGIN, ORIGIN, EA, SLACK_LENGTH)
+    winch = Winch(*shape, compensation=control, damping=DAMPING, anchor_body="vessel")
     heavy = 1e12
     at = {"centre_of_gravity": (0.0, 0.0, 60.0), "points": {"tip": ORIGIN}}
     vessel = block(heavy, ("heave",), "vessel", velocity=moving(heave=amplitude * SWING), **at)
@@ -122,10 +121,10 @@ def test_full_compensation_lets_the_load_stand() -> None:
     """With the whole rise paid out, also for the strain of the wire, the load stands still while
     the vessel heaves by 2 m. With a gain of 1 it moves by the strain of the wire that is paid out,
     0.2 % of the heave."""
-    run = hs.simulate(on_a_vessel(2.0, Compensation("tip of vessel", 1.0 / (1.0 + STRAIN))))
+    run = hs.simulate(on_a_vessel(2.0, hs.Compensation("tip of vessel", 1.0 / (1.0 + STRAIN))))
     assert np.abs(run.position.values[:, 1, 2]).max() == pytest.approx(2.0, rel=1e-3)
     assert np.abs(run.position.values[:, 0, 2]).max() <= 1e-7
-    run = hs.simulate(on_a_vessel(2.0, Compensation("tip of vessel")))
+    run = hs.simulate(on_a_vessel(2.0, hs.Compensation("tip of vessel")))
     most = np.abs(run.position.values[:, 0, 2]).max()
     assert most == pytest.approx(2.0 * STRAIN, rel=0.02)
 
@@ -142,7 +141,7 @@ def test_the_delay_turns_phases_alone() -> None:
 @pytest.mark.parametrize(("gain", "delay"), [(0.8, 0.0), (1.0, 0.5), (0.9, 1.2)])
 def test_gain_and_delay_against_the_closed_form(gain, delay, validated):
     """1 - gain exp(-i w tau), seen through the wire k = EA / l0, its damping and the load."""
-    control = Compensation("tip of vessel", gain / (1.0 + STRAIN), delay)
+    control = hs.Compensation("tip of vessel", gain / (1.0 + STRAIN), delay)
     run = hs.simulate(on_a_vessel(0.01, control, duration=48.0))
     t = run.time.values
     late = t >= 24.0
@@ -161,9 +160,8 @@ def test_gain_and_delay_against_the_closed_form(gain, delay, validated):
 def test_limits_of_speed_and_stroke_are_kept_as_events() -> None:
     """A heave of 2 m needs 1.6 m/s: at 1 m/s the drum lags and catches up; with a stroke of 2.4 m
     it stands at its ends. A restart from there goes on to the bit, delay included."""
-    control = Compensation("tip of vessel", 1.0, 0.4, 1.0)
-    ends = (SLACK_LENGTH - 1.2, SLACK_LENGTH + 1.2)
-    whole = replace(on_a_vessel(2.0, control, duration=16.0, drum=ends), output_states=True)
+    control = hs.Compensation("tip of vessel", 1.0, 0.4, 1.0, stroke=2.4)
+    whole = replace(on_a_vessel(2.0, control, duration=16.0), output_states=True)
     run = hs.simulate(whole)
     mode = run.winch_mode.values[:, 0]
     assert {*np.unique(mode)} == {PRESCRIBED, FAST_OUT, FAST_IN, EMPTY, FULL}

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim.elements import Coulomb, Signal, Spring, StickSlip, Table
+from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
@@ -465,3 +466,8 @@ def test_ends_at_one_place_are_refused() -> None:
     said = r"forces\.line\.anchor_body: found ghost, which is no body of the scene"
     with pytest.raises(hs.InputError, match=said):
         hs.compile_scene(scenes.scene(body, {"line": astray}, 1.0, 0.1))
+
+
+def test_a_line_does_not_part_before_the_start() -> None:
+    with pytest.raises(InputError, match=r"breaks_at.*found time -5 s; expected a time of the run"):
+        hs.Spring("block", (0, 0, 0), (1, 0, 0), 0.5, 1e3, breaks_at={"time": "-5 s"})

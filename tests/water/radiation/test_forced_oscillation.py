@@ -85,12 +85,13 @@ def forced(hull: str, dof: str, model: str, w: float) -> tuple[Compiled, xr.Data
         dofs=(dof,),
         radiation=radiation[model],
     )
+    key = "angle" if dof in DOFS[3:] else "offset"
     scene = hs.Scene(
         "forced oscillation",
         (int(SETTLED[model] / period) + 1) * period,
         (body,),
         hs.Environment(water_density=density),
-        forces={"shake": Drive("hull", dof=dof, position=Harmonic(1.0, period))},
+        forces={"shake": Drive("hull", dof=dof, **{key: Harmonic(1.0, period)})},
         solver=hs.Solver(method=Method.RK4, step=period / STEPS, kinematics=Kinematics.LINEAR),
         output_step=period / STEPS,
     )

@@ -1,38 +1,33 @@
-"""`winch` in a case file."""
+"""Winches of a scene, whose physics is in `hydrosim.elements.line.winch`: `winch` in a file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field, replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from types import NoneType
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
-from hydrosim.case.elements.element import Breaking, BuildContext
 from hydrosim.files import quantities as of
+from hydrosim.files.key_rules import value_for_each_time
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
-from hydrosim.scene.signal import (
-    HarmonicEntry,
-    LengthOverTime,
-    RecordedColumns,
-    length_signal,
-    signal_of,
-)
-
-if TYPE_CHECKING:
-    from hydrosim.elements.line.drum import Control
-    from hydrosim.elements.line.winch import Winch as Built
-    from hydrosim.scene.signal import Signal
+from hydrosim.scene import signal
+from hydrosim.scene.force import BreakingElement, BuildContext, ForceElement
+from hydrosim.scene.links import TwoPointElement
 
 MIN_WIRE_FRACTION = 0.01  # of the wire: a compensation without a stroke ends there
 DRUM = "drum: {shortest: 10 m, longest: 200 m}"
 
 
-class Drum(SchemaModel):
+@schema_class
+class Drum(SchemaClass):
     """The ends of a drum, as lengths of wire off it without load."""
 
     shortest: of.LineLength
@@ -48,48 +43,47 @@ class Drum(SchemaModel):
         return self
 
 
-class DrumFriction(SchemaModel):
+@schema_class
+class DrumFriction(SchemaClass):
     """Friction of a drum, as parts of the set tension."""
 
-    heave_in: of.Factor = Field(default=0.0, alias="in")
+    has_valid_defaults = True
+    heave_in: Annotated[of.Factor, Field(alias="in")] = 0.0
     """Friction while the drum heaves in: it begins below (1 - in) times the tension."""
-    pay_out: of.Factor = Field(default=0.0, alias="out")
+    pay_out: Annotated[of.Factor, Field(alias="out")] = 0.0
     """Friction while the drum pays out: it begins above (1 + out) times the tension."""
 
 
 class SpeedTable(SchemaModel):
     """Straight lines between the speeds at some times, constant outside."""
 
+    key_rules = (value_for_each_time("speed"),)
     time: of.Times
     """Times that rise."""
     speed: Annotated[tuple[of.Speed, ...], AfterValidator(of.require_entries)]
     """Speed of pay-out at each time, negative to heave in."""
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        of.require_value_for_each_time(self.time, "speed", self.speed)
-        return self
 
 
 def _speed_form(value: object) -> str:
     """Which of the forms a speed has."""
     if isinstance(value, SpeedTable) or (isinstance(value, dict) and "time" in value):
         return "table"
-    if isinstance(value, RecordedColumns) or (isinstance(value, dict) and "file" in value):
+    if isinstance(value, signal.RecordedColumns) or (isinstance(value, dict) and "file" in value):
         return "recorded"
-    return "harmonic" if isinstance(value, dict | HarmonicEntry) else "speed"
+    return "harmonic" if isinstance(value, dict | signal.HarmonicEntry) else "speed"
 
 
 SpeedOverTime = Annotated[
     Annotated[of.Speed, Tag("speed")]
     | Annotated[SpeedTable, Tag("table")]
-    | Annotated[RecordedColumns, Tag("recorded")]
-    | Annotated[HarmonicEntry[of.Speed], Tag("harmonic")],
+    | Annotated[signal.RecordedColumns, Tag("recorded")]
+    | Annotated[signal.HarmonicEntry[of.Speed], Tag("harmonic")],
     Discriminator(_speed_form),
 ]
 
 
-class CompensationEntry(SchemaModel):
+@schema_class
+class Compensation(SchemaClass):
     """Active heave compensation: the drum pays out what a point rises, and heaves in what it
     falls."""
 
@@ -105,7 +99,8 @@ class CompensationEntry(SchemaModel):
     """Largest change of length, half of it to each side. Without it, any change."""
 
 
-class WinchEntry(Breaking):
+@schema_class
+class Winch(TwoPointElement, BreakingElement):
     """A wire from a point of a body to an anchor, on the earth or on another body, with a drum that
     changes its length."""
 
@@ -123,40 +118,39 @@ class WinchEntry(Breaking):
         "drum": {"shortest": "1 m", "longest": "20 m"},
     }
 
-    type: Literal["winch"]
+    type: Literal["winch"] = field(default="winch", kw_only=True)
     """A wire whose length a drum changes. A tugger is a winch with tension and dead_band."""
-    point: of.Point
-    """End of the wire on the body, in the body frame."""
-    anchor: of.Point
-    """Other end of the wire, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = None
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    topside."""
     stiffness: of.AxialStiffness
     """Axial stiffness EA of the wire: tension per strain."""
-    damping: of.Span = 0.0
+    damping: of.Span = field(default=0.0, kw_only=True)
     """Damping of the wire: tension per rate of strain, over the stiffness."""
-    length: LengthOverTime | None = None
+    length: Annotated[
+        signal.Signal | float | None,
+        ReadAs(signal.LengthOverTime | None, (float, signal.Signal, NoneType)),
+    ] = None
     """Length of wire off the drum without load: a table, recorded series or sine over time, or the
     length at the start. Without it, the wire has the set tension at rest."""
-    tension: of.ReferenceForce | None = None
+    tension: of.ReferenceForce | None = field(default=None, kw_only=True)
     """Tension that the drum keeps."""
-    speed: SpeedOverTime | None = None
+    speed: Annotated[
+        signal.Signal | float | None,
+        ReadAs(SpeedOverTime | None, (float, signal.Signal, NoneType)),
+    ] = field(default=None, kw_only=True)
     """Largest speed of the drum, with tension. Else its speed of pay-out: a number, a table,
     recorded series or sine over time."""
-    dead_band: of.Factor = 0.0
+    dead_band: of.Factor = field(default=0.0, kw_only=True)
     """Part of the tension, to each side, by which it may deviate before the drum turns."""
-    friction: DrumFriction = DrumFriction.model_construct(heave_in=0.0, pay_out=0.0)
+    friction: DrumFriction = field(default=DrumFriction(), kw_only=True)
     """Friction of the drum with tension."""
-    acceleration: of.Acceleration | None = None
+    acceleration: of.Acceleration | None = field(default=None, kw_only=True)
     """Acceleration of the drum with tension. Without it, the drum changes its speed at once."""
-    drum: Drum | None = None
+    drum: Drum | None = field(default=None, kw_only=True)
     """Lengths of wire at which the drum is full and empty."""
-    compensation: CompensationEntry | None = None
+    compensation: Compensation | None = field(default=None, kw_only=True)
     """Active heave compensation."""
-    rated_load: of.ReferenceForce | None = None
+    rated_load: of.ReferenceForce | None = field(default=None, kw_only=True)
     """Largest tension that the drum is made for. Statistics compare with it."""
-    capacity: of.ReferenceForce | None = None
+    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
     """Allowable tension, which statistics compare with. Without it, the rated_load."""
 
     @model_validator(mode="after")
@@ -242,67 +236,64 @@ class WinchEntry(Breaking):
     def _frictions(self) -> tuple[float, float]:
         return self.friction.heave_in, self.friction.pay_out
 
-    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
-        remedy = "an anchor without anchor_body is fixed to the earth"
-        yield ("anchor_body",), self.anchor_body, remedy
-
-    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, signal.RecordedColumns]]:
         for key in ("length", "speed"):
-            if isinstance(form := getattr(self, key), RecordedColumns):
+            if isinstance(form := getattr(self, key), signal.RecordedColumns):
                 yield (key,), form
 
-    def build(self, where: BuildContext) -> Built:
-        from hydrosim.elements.line.winch import Winch as Built  # loads numba
+    def is_written(self) -> bool:
+        rated_alone = self.rated_load is not None and self.capacity is None
+        steady = self.tension is None and isinstance(self.speed, float)
+        return rated_alone or steady or super().is_written()
 
+    def with_built_parts(self, where: BuildContext) -> Self:
+        """The same with its length and its speed of pay-out as signals, if they change."""
         length: Any = self.length
-        if length is not None and not isinstance(length, float):
-            length = length_signal(length, f"{where.key}.length", where.path)
-        return Built(
-            self.body,
-            point=self.point,
-            anchor=self.anchor,
-            stiffness=self.stiffness,
-            length=length,
-            control=self._control(where),
-            drum=self._ends(),
-            damping=self.damping,
-            anchor_body=self.anchor_body,
-            capacity=self.capacity or self.rated_load,
-        )
+        speed: Any = self.speed
+        if not isinstance(length, float | signal.Signal | None):
+            length = signal.length_signal(length, f"{where.key}.length", where.path)
+        if self.tension is None and speed is not None:
+            speed = speed_signal(speed, f"{where.key}.speed", where.path)
+        return replace(self, length=length, speed=speed, capacity=self.capacity or self.rated_load)
 
-    def _ends(self) -> tuple[float, float]:
-        """The shortest and the longest length off the drum."""
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The shortest and the longest length off the drum [m]."""
         if self.drum is not None:
             return self.drum.shortest, self.drum.longest
+        if not isinstance(self.length, float):
+            return 0.0, inf
         stroke = self.compensation.stroke if self.compensation else None
         if stroke is None:
-            shortest = MIN_WIRE_FRACTION * self.length if isinstance(self.length, float) else 0.0
-            return shortest, inf
-        assert isinstance(self.length, float)
+            return MIN_WIRE_FRACTION * self.length, inf
         return self.length - 0.5 * stroke, self.length + 0.5 * stroke
 
-    def _control(self, where: BuildContext) -> Control | None:
-        from hydrosim.elements.line import drum
+    def can_add_energy(self) -> bool:
+        """A drum that heaves in gives energy."""
+        return True
 
-        if self.tension is not None:
-            assert isinstance(self.speed, float)
-            moves = (*self._frictions(), self.acceleration or 0.0)
-            return drum.TensionControl(self.tension, self.speed, self.dead_band, *moves)
-        if self.compensation is not None:
-            c = self.compensation
-            fastest = inf if c.speed is None else c.speed
-            return drum.Compensation(c.point, c.gain, c.delay, fastest)
-        if self.speed is None:
+    def signals(self) -> Iterator[tuple[str, Any]]:
+        for key in ("length", "speed"):
+            if isinstance(over_time := getattr(self, key), signal.Signal):
+                yield key, over_time
+
+    def jumps(self) -> Iterator[tuple[str, float]]:
+        if self.damping and isinstance(self.length, signal.Table):
+            size = self.stiffness * self.damping / float(self.length.value.min())
+            yield "length", size * signal.largest_corner(self.length)
+
+    def mirror_image(self) -> ForceElement | None:
+        if self.compensation is not None:  # its point is known by name alone
             return None
-        return drum.SpeedControl(speed_signal(self.speed, f"{where.key}.speed", where.path))
+        return super().mirror_image()
 
 
-def speed_signal(form: Any, key: str, path: Path) -> Signal:
+def speed_signal(form: Any, key: str, path: Path) -> signal.Signal:
     """The signal of a speed [m/s]. Raises as `hydrosim.scene.signal.signal_of`."""
-    from hydrosim.scene import signal
-
+    if isinstance(form, signal.Signal):
+        return form
     if isinstance(form, float):
         return signal.constant(form)
     if isinstance(form, SpeedTable):
         return signal.Table(np.array(form.time), np.array(form.speed))
-    return signal_of(form, key, path, "m/s")
+    return signal.signal_of(form, key, path, "m/s")
