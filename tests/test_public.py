@@ -100,6 +100,19 @@ def loaded_after(program: str, wanted: set[str] = SLOW) -> set[str]:
     return set(printed(text).split("\n")[-2].split())
 
 
+@pytest.mark.parametrize("take", [hs.check, hs.simulate, hs.analyse])
+def test_what_is_no_case_is_said(take: Callable[..., Any]) -> None:
+    with pytest.raises(InputError, match=r"found 3 \(int\); expected a case or the path"):
+        take(3)
+
+
+def test_a_scene_in_python_is_analysed_as_its_case(tmp_path: Path) -> None:
+    case = hs.load_case(CASE.parents[1] / "sphere" / "decay.yaml")
+    assert hs.analyse(case.scene()).dataset.identical(hs.analyse(case).dataset)
+    with pytest.raises(InputError, match="output: found a scene"):
+        hs.analyse(case.scene(), output=tmp_path / "modes.nc")
+
+
 def test_functions_show_their_signatures() -> None:
     """Also those that are folders of the package."""
     assert callable(import_module("hydrosim.study"))
@@ -114,16 +127,3 @@ def test_examples_are_written_from_python(tmp_path: Path) -> None:
         hs.new(example="list")
     with pytest.raises(hs.InputError, match="beam, draught: found none; expected a file name"):
         hs.new(tmp_path / "own.yaml", length=100)
-
-
-@pytest.mark.parametrize("take", [hs.check, hs.simulate, hs.analyse])
-def test_what_is_no_case_is_said(take: Callable[..., Any]) -> None:
-    with pytest.raises(InputError, match=r"found 3 \(int\); expected a case or the path"):
-        take(3)
-
-
-def test_a_scene_in_python_is_analysed_as_its_case(tmp_path: Path) -> None:
-    case = hs.load_case(CASE.parents[1] / "sphere" / "decay.yaml")
-    assert hs.analyse(case.scene()).dataset.identical(hs.analyse(case).dataset)
-    with pytest.raises(InputError, match="output: found a scene"):
-        hs.analyse(case.scene(), output=tmp_path / "modes.nc")
