@@ -239,6 +239,10 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
     "environment.waves.seed", "forces.interface.points.0"), a value is as in the file, None removes.
     Raises InputError with a line for each problem: file and line, key, what was found, what was
     expected, what to do.
+
+    >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+    >>> case.data.duration
+    20.0
     """
     return laid_over(Path(path), read_case(Path(path)), settings)
 

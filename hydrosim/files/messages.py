@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, NamedTuple, TypeVar, get_args
+from typing import Any, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -393,8 +393,10 @@ def _mapping_text(reader: Reader | None) -> str:
 
 
 def _missing_keys_text(keys: Keys, reader: Reader) -> str:
-    about = _fields_of_reader(reader)[str(keys[-1])].metadata
-    expected = next((item.expected_text for item in about if isinstance(item, Quantity)), "one")
+    field = _fields_of_reader(reader)[str(keys[-1])]
+    values = get_args(field.annotation) if get_origin(field.annotation) is tuple else ()
+    form = f"a list of {len(values)} values" if values and Ellipsis not in values else "one"
+    expected = next((q.expected_text for q in field.metadata if isinstance(q, Quantity)), form)
     return f'found no key "{keys[-1]}"; expected {expected}'
 
 

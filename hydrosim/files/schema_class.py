@@ -52,7 +52,7 @@ from pydantic_core import (
 
 from hydrosim.errors import InputError
 from hydrosim.files.key_rules import Rules, check_key_rules
-from hydrosim.files.messages import Readers, fields_of, validation_problems
+from hydrosim.files.messages import Keys, Readers, fields_of, validation_problems
 
 C = TypeVar("C", bound=type)
 
@@ -66,7 +66,6 @@ def add_example(schema: dict[str, Any], model: Any) -> None:
 CONFIG = pydantic.ConfigDict(
     extra="forbid",
     arbitrary_types_allowed=True,
-    populate_by_name=True,
     json_schema_extra=add_example,
 )
 
@@ -76,8 +75,20 @@ def input_error(
 ) -> InputError:
     """What was wrong in the ``values`` of a class of this ``name`` in Python."""
     problems = validation_problems(error, values, readers)
-    texts = [": ".join((".".join(map(str, (name, *keys))), text)) for keys, text in problems]
-    return InputError("\n".join(texts))
+    texts = (f"{'.'.join((name, *_given_keys(keys, values)))}: {text}" for keys, text in problems)
+    return InputError("\n".join(dict.fromkeys(texts)))
+
+
+def _given_keys(keys: Keys, values: Any) -> Iterator[str]:
+    """The ``keys`` of a problem without the names of forms, which ``values`` do not have."""
+    for position, key in enumerate(keys):
+        if isinstance(values, dict) and (key in values or position == len(keys) - 1):
+            values = values.get(key)
+        elif isinstance(values, list | tuple) and isinstance(key, int):
+            values = values[key] if key < len(values) else None
+        else:
+            continue
+        yield str(key)
 
 
 class CheckedClass(type):
@@ -97,8 +108,13 @@ class CheckedClass(type):
                 )
             given = dict(zip(names, values, strict=False)) | named
             forms = {name for name, _ in _conversions(cls)}
+            fields = cls.schema_fields()
             plain = {
-                key: x.tolist() if isinstance(x, np.ndarray) and key not in forms else x
+                fields[key].alias or key if key in fields else key: (
+                    x.tolist()
+                    if isinstance(x, np.generic) or (isinstance(x, np.ndarray) and key not in forms)
+                    else x
+                )
                 for key, x in given.items()
             }
             readers: dict[int | str, Any] = {}

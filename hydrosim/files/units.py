@@ -165,7 +165,10 @@ class Quantity:
     def _plain(self, value: object) -> float:
         if isinstance(value, bool) or not isinstance(value, Real):
             raise self._wrong(value)
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:  # a whole number of hundreds of digits
+            return inf
 
     def _convert(self, text: str) -> float:
         number = NUMBER.match(text.strip())

@@ -123,7 +123,12 @@ class RunAccessor:
 
     def channel(self, name: str) -> xr.DataArray:
         """Channel (nt,) over time, with its unit; of many runs (run, nt), of what they keep over
-        time. Raises InputError if there is no channel of that name."""
+        time. Raises InputError if there is no channel of that name.
+
+        >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+        >>> hs.simulate(case).hydrosim.channel("position.block.surge").attrs["units"]
+        'm'
+        """
         from hydrosim.errors import InputError
         from hydrosim.results.channels import channel_series
 

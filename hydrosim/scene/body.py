@@ -479,6 +479,8 @@ class Body(BodyKeys):
         inertia = inertia_matrix(self)
         vars(self).update(inertia=inertia, radii_of_gyration=None, mass_matrix=None)
         if self.initial != Initial():
+            if any((*self.position, *self.velocity)):
+                raise problem("initial, and position or velocity", "one of them")
             start = vars(self.initial)
             vars(self).update({k: start[k] for k in ("position", "velocity")}, initial=Initial())
         return self

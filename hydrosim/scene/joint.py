@@ -377,6 +377,12 @@ class Joint(SchemaClass):
                 "one of them",
                 "a joint that comes and goes leaves its free motions without forces",
             )
+        if limited and any(r.position or r.velocity for r in self.resistances):
+            raise problem(
+                f"{limited[0]}, and initial of the joint",
+                "one of them",
+                "a joint that comes and goes holds its bodies where they are: give them an initial",
+            )
         return self
 
     @property

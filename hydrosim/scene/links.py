@@ -113,7 +113,7 @@ class Spring(TwoPointElement, BreakingElement, Link):
 
     type: Literal["spring"] = field(default="spring", kw_only=True)
     """A line between a point of a body and an anchor. It carries no push."""
-    length: Annotated[signal.Signal | float, ReadAs(signal.LengthOverTime, (float, signal.Signal))]
+    length: Annotated[signal.Signal | float, ReadAs(signal.LengthOverTime, signal.Signal)]
     """Length of the line without tension, or a table, recorded series or sine of it over time."""
     stiffness: of.Stiffness | None = None
     """Tension per extension."""
@@ -124,6 +124,7 @@ class Spring(TwoPointElement, BreakingElement, Link):
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
+        signal.require_length(self.length)
         first = self.extension[0]
         if isinstance(self.length, float) and self.length + first <= 0.0:
             found_text = f"length {self.length:g} m and a first extension of {first:g} m"

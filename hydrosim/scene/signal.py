@@ -26,7 +26,7 @@ from hydrosim.files.units import AnyQuantity, Scale, factor, is_same_dimension, 
 @dataclass(frozen=True)
 class Samples:
     """``value`` (n,) at the rising ``time`` (n,) [s]; lists become arrays. Raises InputError where
-    their sizes differ."""
+    their sizes differ, times do not rise, or a number is not finite."""
 
     time: np.ndarray
     value: np.ndarray
@@ -38,6 +38,12 @@ class Samples:
             shapes_text = f"found times {self.time.shape} and values {self.value.shape}"
             raise InputError(
                 f"{type(self).__name__}: {shapes_text}; expected a value for each time."
+            )
+        finite = np.isfinite(self.time).all() and np.isfinite(self.value).all()
+        if not finite or (np.diff(self.time) <= 0.0).any():
+            found_text = "times that do not rise" if finite else "what is no number"
+            raise InputError(
+                f"{type(self).__name__}: found {found_text}; expected times that rise, and numbers."
             )
 
 
@@ -105,6 +111,12 @@ def smallest_value(signal: Signal) -> float:
     if isinstance(signal, Harmonic):
         return signal.mean - abs(signal.amplitude)
     return float(np.min(signal.value))
+
+
+def require_length(length: Any) -> None:
+    """Refuses a signal of a length that is not always above 0 [m]."""
+    if isinstance(length, Signal) and not (shortest := smallest_value(length)) > 0.0:
+        raise problem(f"a length that falls to {shortest:g} m", "one that is always above 0")
 
 
 # Forms of signals in a file.

@@ -126,7 +126,7 @@ class Winch(TwoPointElement, BreakingElement):
     """Damping of the wire: tension per rate of strain, over the stiffness."""
     length: Annotated[
         signal.Signal | float | None,
-        ReadAs(signal.LengthOverTime | None, (float, signal.Signal, NoneType)),
+        ReadAs(signal.LengthOverTime | None, (signal.Signal, NoneType)),
     ] = None
     """Length of wire off the drum without load: a table, recorded series or sine over time, or the
     length at the start. Without it, the wire has the set tension at rest."""
@@ -134,7 +134,7 @@ class Winch(TwoPointElement, BreakingElement):
     """Tension that the drum keeps."""
     speed: Annotated[
         signal.Signal | float | None,
-        ReadAs(SpeedOverTime | None, (float, signal.Signal, NoneType)),
+        ReadAs(SpeedOverTime | None, (signal.Signal, NoneType)),
     ] = field(default=None, kw_only=True)
     """Largest speed of the drum, with tension. Else its speed of pay-out: a number, a table,
     recorded series or sine over time."""
@@ -155,6 +155,7 @@ class Winch(TwoPointElement, BreakingElement):
 
     @model_validator(mode="after")
     def _check_control(self) -> Self:
+        signal.require_length(self.length)
         given = [key for key in ("tension", "compensation") if getattr(self, key) is not None]
         if self.speed is not None and self.tension is None:
             given.append("speed")

@@ -139,6 +139,10 @@ def simulate_many(
         seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
         runs = simulate_many(seas, "seeds.nc")
         runs.motion.sel(dof="surge", statistic="largest").quantile(0.9)
+
+    >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+    >>> hs.simulate_many([case, case], labels={"trial": [1, 2]}).status.values.tolist()
+    ['complete', 'complete']
     """
     if isinstance(cases, str | Path):
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")

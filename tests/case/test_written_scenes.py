@@ -8,6 +8,7 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.run.checkpoint import digest
+from hydrosim.scene import signal
 
 ROOT = Path(__file__).parents[2]
 CASE = """
@@ -188,8 +189,17 @@ def test_a_body_takes_the_words_of_a_case_file() -> None:
     moved = hs.Body("b", 1.0, np.eye(3), initial={"position": {"yaw": "90 deg"}})
     assert moved.position == (0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2)
     assert hs.Body("b", 1.0, np.eye(3), radiation="convolution").radiation.step == 0.1
+    assert hs.WaveTrain(hs.Jonswap(1.0, 8.0), seed=np.int64(7)).seed == 7
     water = hs.Environment(wind={"speed": "20 knot", "gusts": {"spectrum": "iso"}})
     assert water.gusts == hs.Gusts("npd")
+
+
+def _body(**values) -> hs.Body:
+    return hs.Body("b", 1.0, np.eye(3), **values)
+
+
+def _winch(**values) -> hs.Winch:
+    return hs.Winch("b", (0, 0, 0), (0, 0, 9), stiffness=1e6, **{"speed": 0.1, **values})
 
 
 @pytest.mark.parametrize(
@@ -203,6 +213,27 @@ def test_a_body_takes_the_words_of_a_case_file() -> None:
         (lambda: hs.Current(heading=1.0), "Current: found no speed; expected speed, or those in"),
         (lambda: hs.Pump("p", 1.0, "a", None, stop={"tank": "a"}), "Pump.stop.*: found neither"),
         (lambda: hs.Tank("t", None, level="-1 m"), 'Tank.level: found "-1 m"'),
+        (lambda: hs.Body("b", 10**400, np.eye(3)), "Body.mass: found 1000.*give a finite number"),
+        (lambda: hs.Body("b", 1.0, [1, 2, 3]), r"Body.inertia: found a list of values[^\n]*$"),
+        (lambda: hs.Body("b", 1.0, np.eye(3), position=(0, 0)), r"Body.position: found[^\n]*$"),
+        (
+            lambda: _body(position=[1] * 6, initial={"velocity": [1] * 6}),
+            "Body: found initial, and",
+        ),
+        (lambda: signal.Table([0.0, 0.0], [1.0, 2.0]), "Table: found times that do not rise"),
+        (lambda: signal.Table([0.0, 1.0], [1.0, np.nan]), "Table: found what is no number"),
+        (lambda: _winch(length=-9.0), "Winch.length: found -9.0; expected a length in m"),
+        (lambda: _winch(length=np.nan), "Winch.length: found nan; expected a length in m"),
+        (lambda: _winch(speed=np.inf), "Winch.speed: found inf; expected a velocity in m/s"),
+        (lambda: _winch(length={"time": [0], "length": [-1]}), "Winch.length.length.0: found -1"),
+        (
+            lambda: _winch(length=signal.Table([0.0], [-1.0])),
+            "Winch: found a length that falls to -1 m",
+        ),
+        (lambda: _winch(friction={"heave_in": 0.1}), "Winch.friction.heave_in: found an unknown"),
+        (lambda: _winch(active={"start": 1.0}), "Winch.active.start: found an unknown key"),
+        (lambda: hs.Ball("b", breaks_at=1.0, initial={"rate": (0, 0, 1)}), "Ball: found breaks_at"),
+        (lambda: hs.Spring("b", (0, 0, 0), (0, 0, 1), length=0.0, stiffness=1.0), "Spring.length"),
     ],
 )
 def test_wrong_bodies_and_seas_are_told_as_those_of_a_file(make, said) -> None:
