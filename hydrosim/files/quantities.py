@@ -255,6 +255,14 @@ def _require_definite(value: Any) -> Any:
     return value
 
 
+def require_inertia(matrix: np.ndarray) -> None:
+    """Refuses an array that is no inertia (3, 3) of a body with mass."""
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        sizes = " x ".join(map(str, matrix.shape))
+        raise problem(f"an inertia of {sizes} values", "3 x 3 finite numbers")
+    _require_definite(_require_symmetric(matrix))
+
+
 def _require_steps(holds: Callable[[float, float], bool], expected: str) -> pydantic.AfterValidator:
     """Validator of a list in which ``holds(next, this)`` for all neighbours."""
 
