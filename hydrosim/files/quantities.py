@@ -137,6 +137,17 @@ class SchemaModel(pydantic.BaseModel):
         """The ``keys`` that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Pickle as the generic class: those of two quantities may have the same name."""
+        generic = self.__pydantic_generic_metadata__["origin"]
+        if generic is None:
+            return super().__reduce_ex__(protocol)
+        return _make_unpickled, (generic,), self.__getstate__()
+
+
+def _make_unpickled(generic: type[SchemaModel]) -> SchemaModel:
+    return generic.__new__(generic)
+
 
 class PerDof(SchemaModel, Generic[T, R]):
     """A value for each DOF that is named."""

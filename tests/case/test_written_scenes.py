@@ -196,6 +196,14 @@ def test_a_body_takes_the_words_of_a_case_file() -> None:
     assert water.gusts == hs.Gusts("npd")
 
 
+def test_a_scene_with_values_by_name_is_pickled() -> None:
+    values = hs.Coefficients({"surge": 1.0, "roll": 2.0}, {"heave": "1 kN*s/m"}, {"yaw": 3.0})
+    body = _body(hydrodynamics=values)
+    assert pickle.loads(pickle.dumps(body)) == body
+    same = pickle.loads(pickle.dumps(values))
+    assert same.as_written("damping").heave == 1000.0
+
+
 BOX = Box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
 
 
