@@ -137,6 +137,17 @@ class SchemaModel(pydantic.BaseModel):
         """The ``keys`` that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Pickle as the generic class: those of two quantities may have the same name."""
+        generic = self.__pydantic_generic_metadata__["origin"]
+        if generic is None:
+            return super().__reduce_ex__(protocol)
+        return _make_unpickled, (generic,), self.__getstate__()
+
+
+def _make_unpickled(generic: type[SchemaModel]) -> SchemaModel:
+    return generic.__new__(generic)
+
 
 class PerDof(SchemaModel, Generic[T, R]):
     """A value for each DOF that is named."""
@@ -253,6 +264,14 @@ def _require_definite(value: Any) -> Any:
     if np.linalg.eigvalsh(_scale_to_unit_diagonal(as_matrix(value)))[0] <= 0.0:
         raise problem("a matrix that is not positive definite", "one of a body with mass")
     return value
+
+
+def require_inertia(matrix: np.ndarray) -> None:
+    """Refuses an array that is no inertia (3, 3) of a body with mass."""
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        sizes = " x ".join(map(str, matrix.shape))
+        raise problem(f"an inertia of {sizes} values", "3 x 3 finite numbers")
+    _require_definite(_require_symmetric(matrix))
 
 
 def _require_steps(holds: Callable[[float, float], bool], expected: str) -> pydantic.AfterValidator:

@@ -53,6 +53,7 @@ from pydantic_core import (
 from hydrosim.errors import InputError
 from hydrosim.files.key_rules import Rules, check_key_rules
 from hydrosim.files.messages import Keys, Readers, fields_of, validation_problems
+from hydrosim.files.units import problem, value_text
 
 C = TypeVar("C", bound=type)
 
@@ -308,6 +309,27 @@ class ReadAs:
                 lambda value, info: _plain_form(value, info), info_arg=True
             ),
         )
+
+
+@dataclasses.dataclass(frozen=True)
+class PythonObject:
+    """Annotation of what Python alone gives: an instance of one of the ``kinds``."""
+
+    kinds: Any
+
+    def __get_pydantic_core_schema__(self, _: Any, __: pydantic.GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self._check,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                _plain_form, info_arg=True
+            ),
+        )
+
+    def _check(self, value: Any) -> Any:
+        if not isinstance(value, self.kinds):
+            names = [kind.__name__ for kind in get_args(self.kinds) or (self.kinds,)]
+            raise problem(value_text(value), f"an object of {' or '.join(names)}")
+        return value
 
 
 def _conversions(cls: type) -> list[tuple[str, Any]]:

@@ -12,7 +12,6 @@ from pydantic import (
     AfterValidator,
     Discriminator,
     Field,
-    SkipValidation,
     StrictBool,
     StrictStr,
     Tag,
@@ -23,7 +22,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import exactly_one
 from hydrosim.files.messages import suggestion
-from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.schema_class import PythonObject, ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import Quantity, problem
 from hydrosim.scene.force import AtTime, Event, LevelReached, When, form_of
 from hydrosim.scene.hydrodynamics import (
@@ -125,7 +124,7 @@ class Tank(TankKeys):
 
     name: StrictStr
     """Name of the tank."""
-    shape: SkipValidation[TankShape]
+    shape: Annotated[TankShape, PythonObject(TankShape)]
     """Its shape."""
 
 
@@ -462,11 +461,11 @@ class Body(BodyKeys):
         Hydrodynamics | Path | ChangedDatabase | Family | Coefficients | None,
         ReadAs(StrictStr, lambda value: not isinstance(value, str), Path),
     ] = None
-    hydrostatics: SkipValidation[Hull | None] = None
+    hydrostatics: Annotated[Hull, PythonObject(Hull)] | None = None
     centre_of_gravity: of.Point = (0.0, 0.0, 0.0)
     weight: Weight = Weight.BALANCED
-    tanks: SkipValidation[tuple[Tank, ...]] = ()
-    pumps: SkipValidation[tuple[Pump, ...]] = ()
+    tanks: tuple[Annotated[Tank, PythonObject(Tank)], ...] = ()
+    pumps: tuple[Annotated[Pump, PythonObject(Pump)], ...] = ()
     position: of.Offsets = (0.0,) * 6
     """Offsets from the position at rest at the start."""
     velocity: of.Velocities = (0.0,) * 6
@@ -477,6 +476,7 @@ class Body(BodyKeys):
         if self.lightship is not None:
             raise problem("lightship", "mass and inertia with what is in the tanks")
         inertia = inertia_matrix(self)
+        of.require_inertia(inertia)
         vars(self).update(inertia=inertia, radii_of_gyration=None, mass_matrix=None)
         if self.initial != Initial():
             if any((*self.position, *self.velocity)):

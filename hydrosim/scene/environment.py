@@ -13,14 +13,13 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
-    SkipValidation,
     Tag,
     model_validator,
 )
 
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import same_length
-from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.schema_class import PythonObject, ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import Quantity, problem
 
 WaterDepth = Annotated[float, ReadAs(of.Depth, lambda value: value == np.inf)]
@@ -236,7 +235,7 @@ class WaveTrain(SpreadWaves):
         *("spectrum", "heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading"),
     )
 
-    spectrum: SkipValidation[Spectrum] = field(kw_only=True)
+    spectrum: Annotated[Spectrum, PythonObject(Spectrum)] = field(kw_only=True)
 
 
 # Current and wind.
@@ -455,7 +454,7 @@ class Environment(WaterProperties):
 
     water_depth: WaterDepth = np.inf
     gravity: of.GravityOrNone = 9.81
-    waves: SkipValidation[tuple[WaveTrain, ...]] = ()
+    waves: tuple[Annotated[WaveTrain, PythonObject(WaveTrain)], ...] = ()
     current: Annotated[Current, _take_stream(Current)] = Current.build_from(Stream())
     wind: Annotated[Wind, _take_stream(Wind)] = Wind.build_from(Stream())
 

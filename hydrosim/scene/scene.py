@@ -12,8 +12,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import StrictBool, StrictStr
 
+from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.units import value_text
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import BuildContext, ForceElement
@@ -250,6 +252,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         """Elements and joints that are written as in a file get what the scene has."""
+        self._check_kinds()
         joints = {name: joint.build_active() for name, joint in self.joints.items()}
         if any(joints[name] is not joint for name, joint in self.joints.items()):
             object.__setattr__(self, "joints", joints)
@@ -261,6 +264,18 @@ class Scene:
         }
         if built:
             object.__setattr__(self, "forces", {**self.forces, **built})
+
+    def _check_kinds(self) -> None:
+        """Refuse what is no body or no joint."""
+        for body in self.bodies if isinstance(self.bodies, Sequence) else (self.bodies,):
+            if not isinstance(body, Body):
+                raise InputError(f"scene: bodies: found {value_text(body)}; expected hs.Body.")
+        if not isinstance(self.joints, Mapping):
+            raise InputError("scene: joints: found no mapping; expected names and joints.")
+        for name, joint in self.joints.items():
+            if not isinstance(joint, Joint) or not joint.type:
+                text = f"found {type(joint).__name__}; expected a joint, such as hs.Hinge."
+                raise InputError(f"scene: joints.{name}: {text}")
 
     @cached_property
     def arrangement(self) -> Arrangement:

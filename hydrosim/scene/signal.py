@@ -23,7 +23,7 @@ from hydrosim.files.text import Source, require_usual
 from hydrosim.files.units import AnyQuantity, Scale, factor, is_same_dimension, problem, value_text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """``value`` (n,) at the rising ``time`` (n,) [s]; lists become arrays. Raises InputError where
     their sizes differ, times do not rise, or a number is not finite."""
@@ -45,6 +45,15 @@ class Samples:
             raise InputError(
                 f"{type(self).__name__}: found {found_text}; expected times that rise, and numbers."
             )
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return False
+        pairs = ((vars(self)[name], vars(other)[name]) for name in ("time", "value"))
+        return all(np.array_equal(a, b) for a, b in pairs)
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.time.size))
 
 
 class Table(Samples):

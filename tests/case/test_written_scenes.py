@@ -1,5 +1,6 @@
 """Scenes written in Python with the classes that are the keys of a case file."""
 
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 import hydrosim as hs
 from hydrosim.run.checkpoint import digest
 from hydrosim.scene import signal
+from hydrosim.scene.body import Box
 
 ROOT = Path(__file__).parents[2]
 CASE = """
@@ -194,6 +196,25 @@ def test_a_body_takes_the_words_of_a_case_file() -> None:
     assert water.gusts == hs.Gusts("npd")
 
 
+def test_a_scene_with_values_by_name_is_pickled() -> None:
+    values = hs.Coefficients({"surge": 1.0, "roll": 2.0}, {"heave": "1 kN*s/m"}, {"yaw": 3.0})
+    body = _body(hydrodynamics=values)
+    assert pickle.loads(pickle.dumps(body)) == body
+    same = pickle.loads(pickle.dumps(values))
+    assert same.as_written("damping").heave == 1000.0
+
+
+BOX = Box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+
+
+def test_signals_are_equal_by_their_values() -> None:
+    winch = _winch(length=signal.Table([0.0, 1.0], [9.0, 8.0]), speed=None)
+    assert winch == replace(winch)
+    assert winch == pickle.loads(pickle.dumps(winch))
+    assert winch != replace(winch, length=signal.Table([0.0, 1.0], [9.0, 7.0]))
+    assert hash(winch) == hash(replace(winch))
+
+
 def _body(**values) -> hs.Body:
     return hs.Body("b", 1.0, np.eye(3), **values)
 
@@ -212,7 +233,31 @@ def _winch(**values) -> hs.Winch:
         (lambda: hs.WaveTrain(hs.Jonswap(1.0, 8.0), seed=-1), "WaveTrain.seed: found -1"),
         (lambda: hs.Current(heading=1.0), "Current: found no speed; expected speed, or those in"),
         (lambda: hs.Pump("p", 1.0, "a", None, stop={"tank": "a"}), "Pump.stop.*: found neither"),
-        (lambda: hs.Tank("t", None, level="-1 m"), 'Tank.level: found "-1 m"'),
+        (lambda: hs.Tank("t", BOX, level="-1 m"), 'Tank.level: found "-1 m"'),
+        (
+            lambda: hs.Body("b", 1.0, -np.eye(3)),
+            "Body: found a matrix that is not positive definite",
+        ),
+        (lambda: hs.Body("b", 1.0, np.eye(2)), "Body: found an inertia of 2 x 2 values"),
+        (lambda: _body(tanks=[3]), "Body.tanks.0: found 3; expected an object of Tank"),
+        (
+            lambda: _body(hydrostatics="x"),
+            'Body.hydrostatics: found "x"; expected an object of Hull',
+        ),
+        (
+            lambda: hs.WaveTrain("jonswap"),
+            'WaveTrain.spectrum: found "jonswap"; expected an object',
+        ),
+        (lambda: hs.Environment(waves=hs.Jonswap(1.0, 8.0)), "Environment.waves: found Jonswap"),
+        (lambda: hs.Scene("x", 1.0, 3), "scene: bodies: found 3; expected hs.Body"),
+        (
+            lambda: hs.Scene("x", 1.0, [_body()], joints={"j": _body()}),
+            "scene: joi",
+        ),
+        (
+            lambda: hs.Scene("x", 1.0, [_body()], joints={"j": hs.Joint("b")}),
+            "scene: joints.j: found",
+        ),
         (lambda: hs.Body("b", 10**400, np.eye(3)), "Body.mass: found 1000.*give a finite number"),
         (lambda: hs.Body("b", 1.0, [1, 2, 3]), r"Body.inertia: found a list of values[^\n]*$"),
         (lambda: hs.Body("b", 1.0, np.eye(3), position=(0, 0)), r"Body.position: found[^\n]*$"),
