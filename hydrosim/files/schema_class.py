@@ -140,8 +140,24 @@ def schema_class(cls: C, *, kw_only: bool = False) -> C:
     return made
 
 
+class EqualByValue:
+    """A dataclass whose arrays are compared by their values."""
+
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return False
+        names = [field.name for field in dataclasses.fields(self)]
+        return all(_are_equal(getattr(self, name), getattr(other, name)) for name in names)
+
+    def __hash__(self) -> int:
+        values = (getattr(self, field.name) for field in dataclasses.fields(self))
+        return hash((type(self), *(x for x in values if isinstance(x, str | float))))
+
+
 @schema_class
-class SchemaClass(metaclass=CheckedClass):
+class SchemaClass(EqualByValue, metaclass=CheckedClass):
     """Base of the classes that `schema_class` makes. Unknown keys are errors."""
 
     positional: ClassVar[tuple[str, ...]] = ()
@@ -155,9 +171,6 @@ class SchemaClass(metaclass=CheckedClass):
     """Which keys go together, besides what base classes say."""
     _schema: ClassVar[dict[str, Any]]
     """What pydantic makes of the class, from its first use on."""
-
-    if TYPE_CHECKING:
-        __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
 
     @classmethod
     def type_adapter(cls) -> pydantic.TypeAdapter[Any]:
@@ -226,21 +239,11 @@ class SchemaClass(metaclass=CheckedClass):
                 vars(self)[name] = annotation.convert(form)
                 yield name, form
 
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return False
-        names = [field.name for field in dataclasses.fields(self)]
-        return all(_are_equal(getattr(self, name), getattr(other, name)) for name in names)
-
     def __repr__(self) -> str:
         values = (
             f"{field.name}={getattr(self, field.name)!r}" for field in dataclasses.fields(self)
         )
         return f"{type(self).__name__}({', '.join(values)})"
-
-    def __hash__(self) -> int:
-        values = (getattr(self, field.name) for field in dataclasses.fields(self))
-        return hash((type(self), *(x for x in values if isinstance(x, str | float))))
 
     def as_written(self, key: str) -> Any:
         """The value of a key in the form that a file gives it in."""
@@ -278,6 +281,8 @@ class SchemaClass(metaclass=CheckedClass):
 def _are_equal(first: Any, second: Any) -> bool:
     if isinstance(first, np.ndarray):
         return np.array_equal(first, np.asarray(second))
+    if isinstance(first, dict) and isinstance(second, dict):
+        return first.keys() == second.keys() and all(_are_equal(first[k], second[k]) for k in first)
     return bool(first == second)
 
 

@@ -18,7 +18,7 @@ from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import exactly_one, same_length
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
-from hydrosim.files.schema_class import ArrayOf, ReadAs, SchemaClass, schema_class
+from hydrosim.files.schema_class import ArrayOf, EqualByValue, ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
 from hydrosim.scene.force import BuildContext, ForceElement
 from hydrosim.scene.plane import Plane
@@ -195,8 +195,8 @@ class PrescribedNormal:
     force: Signal
 
 
-@dataclass(frozen=True)
-class NormalCurve:
+@dataclass(frozen=True, eq=False)
+class NormalCurve(EqualByValue):
     """Normal curve of each contact point: ``compression`` (n,) [m], rising from 0, ``force`` (n,)
     [N], not falling from 0, and ``damping`` [N s/m]."""
 
@@ -205,8 +205,8 @@ class NormalCurve:
     damping: float = 0.0
 
 
-@dataclass(frozen=True)
-class NormalLoop:
+@dataclass(frozen=True, eq=False)
+class NormalLoop(EqualByValue):
     """Normal curve with a loop, for each contact point: ``force`` (n,) [N] over ``compression``
     (n,) [m] in loading, and a smaller force over ``unloading_compression`` (m,) in unloading. All
     start at 0 and do not fall. ``stiffness`` [N/m] between the two is above all slopes of both, see

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, ConfigDict, Discriminator, model_validator
 
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import at_least_one
-from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.schema_class import EqualByValue, ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
 
 # Models for the memory of radiated waves.
@@ -268,7 +268,7 @@ class Coefficients(SchemaClass):
 
 
 @dataclass(frozen=True, eq=False)
-class Hull:
+class Hull(EqualByValue):
     """A closed hull of triangles, ``corners`` (nt, 3, 3) in the database's frame [m], normals into
     the water; ``source`` names its origin in messages."""
 

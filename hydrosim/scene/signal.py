@@ -17,14 +17,14 @@ from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import value_for_each_time
 from hydrosim.files.quantities import SchemaModel, T
-from hydrosim.files.schema_class import SchemaClass, schema_class
+from hydrosim.files.schema_class import EqualByValue, SchemaClass, schema_class
 from hydrosim.files.series import Series, read_series
 from hydrosim.files.text import Source, require_usual
 from hydrosim.files.units import AnyQuantity, Scale, factor, is_same_dimension, problem, value_text
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(EqualByValue):
     """``value`` (n,) at the rising ``time`` (n,) [s]; lists become arrays. Raises InputError where
     their sizes differ, times do not rise, or a number is not finite."""
 
@@ -45,15 +45,6 @@ class Samples:
             raise InputError(
                 f"{type(self).__name__}: found {found_text}; expected times that rise, and numbers."
             )
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return False
-        pairs = ((vars(self)[name], vars(other)[name]) for name in ("time", "value"))
-        return all(np.array_equal(a, b) for a, b in pairs)
-
-    def __hash__(self) -> int:
-        return hash((type(self), self.time.size))
 
 
 class Table(Samples):

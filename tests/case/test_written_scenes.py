@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
+from hydrosim.elements.line.catenary import Catenary
 from hydrosim.run.checkpoint import digest
 from hydrosim.scene import signal
 from hydrosim.scene.body import Box
+from hydrosim.scene.hydrodynamics import Hull
 
 ROOT = Path(__file__).parents[2]
 CASE = """
@@ -213,6 +215,20 @@ def test_signals_are_equal_by_their_values() -> None:
     assert winch == pickle.loads(pickle.dumps(winch))
     assert winch != replace(winch, length=signal.Table([0.0, 1.0], [9.0, 7.0]))
     assert hash(winch) == hash(replace(winch))
+
+
+def test_scenes_with_arrays_are_equal_to_their_copies() -> None:
+    curve = hs.NormalCurve([0.0, 1.0], [0.0, 1e6])
+    line = Catenary(
+        *("b", (0, 0, 0), (9, 0, -9), *([[9.0], [1e3], [1e8], [0.0], [0.0]])),
+        curves={0: np.array([[0.0, 1.0], [0.0, 1e3]])},
+    )
+    hull = Hull(np.zeros((4, 3, 3)))
+    for value in (curve, line, hull):
+        assert pickle.loads(pickle.dumps(value)) == value
+    assert curve != replace(curve, force=[0.0, 2e6])
+    assert line != replace(line, curves={})
+    assert hull != Hull(np.ones((4, 3, 3)))
 
 
 def _body(**values) -> hs.Body:

@@ -89,7 +89,7 @@ SHARP_KINK = (
 NEARLY_SLACK = shape.MAX_SLACK_PULL  # of the weight: horizontal pull below which slack may be near
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Catenary(TwoPointElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
 
