@@ -72,7 +72,7 @@ TONNE_FORCE = 9810.0  # N: the weight of 1000 kg at 9.81 m/s^2
 # in SI: products of a few such numbers are still finite
 MAX_QUANTITY = 1e20
 SMALLEST = 1e-20
-LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e15}  # squared, at times
+LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e17}  # squared, at times
 
 # Products and quotients of names with small powers: pint would evaluate any other expression.
 _FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"

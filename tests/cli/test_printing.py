@@ -18,6 +18,7 @@ from scenes import SWINGING_BLOCK
 from typer.main import get_command
 
 from hydrosim.__main__ import app
+from hydrosim.cli.earlier import OTHER_OPTIONS
 from hydrosim.cli.terminal import print_lines
 from hydrosim.files.document import printable
 
@@ -173,8 +174,8 @@ def options(command: Any) -> Iterator[str]:
 
 
 def test_options_that_messages_name_exist() -> None:
-    """Those in all texts of the package; --keep is of the benchmarks."""
-    known = {*options(get_command(app)), "--help", "--keep"}
+    """Those in all texts of the package; --keep is of the benchmarks, others of other programs."""
+    known = {*options(get_command(app)), "--help", "--keep", *OTHER_OPTIONS}
     named = {
         (path.name, option)
         for path in sorted((ROOT / "hydrosim").rglob("*.py"))

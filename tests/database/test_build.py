@@ -325,7 +325,7 @@ def test_qtf_of_a_recipe(tmp_path, own_store, monkeypatch):
         build(load_recipe(path), progress=stop)
     assert told == [(0, 5), (1, 5), (2, 5), (3, 5), (4, 5)]
     assert solved == [0.5]
-    files = build_database(path, plot=True)
+    files = build_database(path, output=tmp_path / "box.nc", plot=True)
     assert solved == [0.5, 0.7]
     assert [file.name for file in files] == ["box.nc", "box.png", "box_qtf.png"]
     assert all(file.stat().st_size > 1000 for file in files)

@@ -163,9 +163,7 @@ def test_a_csv_drives_another_case(export: Command) -> None:
 
 def test_units_of_a_csv_are_understood_where_it_drives_another_case(export: Command) -> None:
     export("run.nc", "-o", "run.csv", "--channels", "force_mooring.*")
-    form = RecordedColumns.model_validate(
-        {"file": "run.csv", "column": "force_mooring.barge.surge"}
-    )
+    form = RecordedColumns(file="run.csv", column="force_mooring.barge.surge")
     found = read_record(form, "forces.wind", Path("case.yaml"), "N")
     with netCDF4.Dataset("run.nc") as file:
         assert_allclose(found.value, file["force_mooring"][:, 0, 0], rtol=1e-15)
