@@ -255,6 +255,7 @@ def _winch(**values) -> hs.Winch:
             "Body: found a matrix that is not positive definite",
         ),
         (lambda: hs.Body("b", 1.0, np.eye(2)), "Body: found an inertia of 2 x 2 values"),
+        (lambda: _body(database_body=0), "Body.database_body: found 0; expected 1 or more"),
         (lambda: _body(tanks=[3]), "Body.tanks.0: found 3; expected an object of Tank"),
         (
             lambda: _body(hydrostatics="x"),
