@@ -16,7 +16,7 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -107,6 +107,22 @@ _OLD_NAMES = {
     "WhyResult": "MotionCauseResult",
 }
 """Names of 0.2, which work for one version more."""
+_OTHER_WORDS = {
+    **dict.fromkeys(("run", "solve", "sim", "Model", "Run"), "hs.simulate(case) runs a case"),
+    **dict.fromkeys(
+        ("load", "read", "open", "read_run", "load_run"),
+        "hs.open_run('run.nc') reads a run, hs.load_case('case.yaml') a case",
+    ),
+    **dict.fromkeys(
+        ("open_study", "load_study", "read_study"), "xarray.open_dataset('study.nc') reads a study"
+    ),
+    **dict.fromkeys(("sweep", "run_many", "batch"), "hs.simulate_many(cases) runs many cases"),
+    **dict.fromkeys(
+        ("plot", "extremes", "statistics", "explain", "report", "channel", "channels"),
+        "a run has it: run.hydrosim",
+    ),
+}
+"""What is called instead, by the name that was probably expected."""
 _NAMES_THERE = {"load_database": "load", "decay": "fit_decay", "new": "write_new_case"}
 """Names of functions in their modules, where another one is public."""
 _OF_RUNS = {"analyse", "compare", "open_run", "simulate", "simulate_many", "Simulation", "study"}
@@ -124,7 +140,8 @@ def __getattr__(name: str) -> Any:
         return import_module("hydrosim.files.cache").program_version()
     name = _OLD_NAMES.get(name, name)
     if name not in _HOME:
-        raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
+        hint = f"; {_OTHER_WORDS[name]}" if name in _OTHER_WORDS else ""
+        raise AttributeError(f"module 'hydrosim' has no attribute {name!r}{hint}")
     if name in _OF_RUNS:
         import_module("hydrosim.interface.accessor")
     module = import_module(f"hydrosim.{_HOME[name]}")
@@ -155,12 +172,22 @@ class _FolderAndFunction(ModuleType):
         return function
 
 
+class _Folder(ModuleType):
+    """A folder of the package with the name of a command whose function has another name."""
+
+    def __call__(self, *_: Any, **__: Any) -> NoReturn:
+        name = self.__name__.rpartition(".")[2]
+        raise TypeError(f"hs.{name} is no function; {_OTHER_WORDS[name]}")
+
+
 class _Package(ModuleType):
     """The package. Python sets its folders as attributes once they are imported."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name in _HOME and isinstance(value, ModuleType):
             value.__class__ = _FolderAndFunction
+        elif name in _OTHER_WORDS and isinstance(value, ModuleType):
+            value.__class__ = _Folder
         super().__setattr__(name, value)
 
 

@@ -206,6 +206,10 @@ def simulate(
 
     A case is also written to the file ``output``, as by `hydrosim run`: True stands for the name of
     the case, and ``resume`` continues a run that was killed.
+
+    >>> run = hs.simulate(hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"}))
+    >>> run.position.dims
+    ('time', 'body', 'dof')
     """
     if isinstance(progress, Mapping):
         raise InputError(
@@ -400,7 +404,13 @@ def can_measure_error(course: RunInProgress) -> bool:
 
 def open_run(path: str | Path) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
-    missing, is not netCDF, is not the result of a run, or has fewer than two records."""
+    missing, is not netCDF, is not the result of a run, or has fewer than two records.
+
+    >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+    >>> run = hs.simulate(case, output="block.nc")
+    >>> hs.open_run("block.nc").position.identical(run.position)
+    True
+    """
     run = read_run(Path(path))
     require_two_records(run, path)
     return run

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from command_line import printed
@@ -252,3 +253,74 @@ def test_commands_that_are_folders_too_can_be_called() -> None:
         hs.study("nowhere.yaml")
     with pytest.raises(hs.InputError, match=r"nowhere\.nc: there is no such file"):
         hs.compare("nowhere.nc", "nowhere.csv")
+
+
+def test_results_are_frames_of_pandas(case: hs.Case) -> None:
+    """Of channels over time, of statistics, and of many runs."""
+    run = hs.simulate(case)
+    frame = run.hydrosim.to_dataframe("speed.*, position.block.surge")
+    assert frame.columns.tolist() == ["position.block.surge", "speed.block"]
+    assert frame.attrs["units"] == {"position.block.surge": "m", "speed.block": "m/s"}
+    np.testing.assert_array_equal(frame["speed.block"], run.hydrosim.channel("speed.block"))
+    table = run.hydrosim.extremes().to_dataframe()
+    assert table.loc["position.block.surge", "largest"] == pytest.approx(2.0)
+    labels = pd.DataFrame({"name": ["slow", "fast"], "speed": [1.0, 2.0]})
+    start = "bodies.block.initial.velocity"
+    cases = [
+        hs.load_case(case.path, {start: [speed, 0, 0, 0, 0, 0], "duration": 10.0})
+        for speed in labels.speed
+    ]
+    figures = {"way": {"channel": "position.block.surge", "statistic": "change"}}
+    runs = hs.simulate_many(
+        cases, labels=labels, figures=figures, channels="speed.*", start="0.5 s"
+    )
+    table = runs.hydrosim.to_dataframe(statistics="mean,largest")
+    assert {table.attrs["units"][name] for name in ("way", "position.block.surge mean")} == {"m"}
+    assert table[["name", "speed"]].equals(labels.rename_axis("run"))
+    assert table.way.tolist() == pytest.approx([9.5, 19.0])
+    assert table["position.block.surge largest"].tolist() == pytest.approx([10.0, 20.0])
+    assert "speed.block mean" not in table  # it does not change
+    assert runs.hydrosim.extremes().to_dataframe().index.tolist() == [0, 1]
+    with pytest.raises(hs.InputError, match="found 'max'; expected some of mean, std"):
+        runs.hydrosim.to_dataframe(statistics="max")
+
+
+def test_channels_of_many_runs_are_along_both(case: hs.Case) -> None:
+    runs = hs.simulate_many([case, case])
+    surge = runs.hydrosim.channel("position.block.surge")
+    assert (surge.dims, surge.attrs["units"]) == (("run", "time"), "m")
+    assert surge.equals(runs.position.sel(body="block", dof="surge").drop_vars(surge_labels(runs)))
+    with pytest.raises(hs.InputError, match=r"these runs keep position over time.*variables"):
+        runs.hydrosim.channel("speed.block")
+
+
+def surge_labels(runs: xr.Dataset) -> list[str]:
+    """Coordinates that one channel has not."""
+    return [name for name, of in runs.coords.items() if of.dims in (("body",), ("dof",))]
+
+
+def test_figures_by_name_are_checked(case: hs.Case) -> None:
+    figures = {"way": {"channel": "position.block.surge", "statistic": "max"}}
+    with pytest.raises(hs.InputError, match=r'^figures.way.statistic: found "max".*"largest"'):
+        hs.simulate_many([case], figures=figures)
+
+
+def test_runs_that_xarray_joined_are_refused_in_words(case: hs.Case) -> None:
+    run = hs.simulate(case)
+    joined = xr.concat([run, run], pd.Index([1.0, 2.0], name="damping"))
+    with pytest.raises(hs.InputError, match=r"joined along damping; .* runs\.isel\(damping=0\)"):
+        joined.hydrosim.summary()
+    with pytest.raises(hs.InputError, match="joined along damping"):
+        joined.hydrosim.channel("speed.block")
+
+
+def test_whole_numbers_of_a_table_are_whole(case: hs.Case) -> None:
+    """A row of a frame makes floats of them."""
+    sea = {"spectrum": "jonswap", "significant_height": 1, "peak_period": 8, "heading": 0}
+    settings = {"environment.waves": {**sea, "seed": 1}, "environment.waves.seed": 7.0}
+    assert hs.load_case(case.path, settings).scene().environment.seeds == [7]
+
+
+def test_pictures_that_are_not_there_are_answered_by_those_that_are(case: hs.Case) -> None:
+    with pytest.raises(AttributeError, match=r"no picture 'energy'; it has contact, energies"):
+        hs.simulate(case).hydrosim.plot.energy()

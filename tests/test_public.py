@@ -1,10 +1,14 @@
 """What `import hydrosim as hs` shows of itself."""
 
+import importlib
 from collections.abc import Callable
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 from command_line import printed
 
 import hydrosim as hs
@@ -34,6 +38,25 @@ def test_names_are_listed_and_there() -> None:
 def test_names_of_the_last_version_work() -> None:
     assert getattr(hs, "Figure") is hs.ScalarResult  # noqa: B009
     assert getattr(hs, "WhyResult") is hs.MotionCauseResult  # noqa: B009
+
+
+@pytest.mark.parametrize(
+    ("guess", "words"),
+    [
+        (lambda: hs.load("run.nc"), "hs.open_run('run.nc') reads a run"),
+        (lambda: hs.run("case.yaml"), "hs.simulate(case) runs a case"),
+        (lambda: hs.report("run.nc"), "a run has it: run.hydrosim"),
+        (lambda: hs.study({"case": "case.yaml"}), "hs.simulate_many(cases)"),  # type: ignore[arg-type]
+        (lambda: hs.load_case(CASE).forces, "case.data.forces, and hs.load_case(path, {key: value"),
+        (lambda: xr.Dataset().hydrosim.why("surge"), "has no 'why'; it has case, channel, "),
+    ],
+)
+def test_names_of_other_programs_are_told(guess: Callable[[], object], words: str) -> None:
+    importlib.import_module("hydrosim.run")
+    importlib.import_module("hydrosim.report")
+    with pytest.raises((AttributeError, TypeError, InputError)) as refused:
+        guess()
+    assert words in str(refused.value)
 
 
 def test_a_case_is_loaded_without_compilers_and_libraries_of_files() -> None:
@@ -88,3 +111,19 @@ def test_a_scene_in_python_is_analysed_as_its_case(tmp_path: Path) -> None:
     assert hs.analyse(case.scene()).dataset.identical(hs.analyse(case).dataset)
     with pytest.raises(InputError, match="output: found a scene"):
         hs.analyse(case.scene(), output=tmp_path / "modes.nc")
+
+
+def test_functions_show_their_signatures() -> None:
+    """Also those that are folders of the package."""
+    assert callable(import_module("hydrosim.study"))
+    assert "workers" in signature(hs.study).parameters
+    assert str(hs.compare.__doc__).startswith("Compare a run")
+
+
+def test_examples_are_written_from_python(tmp_path: Path) -> None:
+    cases = hs.new(tmp_path, example="friction_block")
+    assert tmp_path / "cases" / "friction_block" / "exact.yaml" in cases
+    with pytest.raises(hs.InputError, match="expected one of chain"):
+        hs.new(example="list")
+    with pytest.raises(hs.InputError, match="beam, draught: found none; expected a file name"):
+        hs.new(tmp_path / "own.yaml", length=100)

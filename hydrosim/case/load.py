@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 from math import hypot, log, pi, sqrt
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from yaml.nodes import Node
@@ -170,6 +170,14 @@ class Case:
     units: Mapping[str, str] = field(default_factory=dict)
     places: Places = field(default_factory=dict, repr=False, compare=False)
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> None:
+            raise AttributeError(
+                f"a case has no {name!r}; its values are in case.data, as case.data.forces, and"
+                " hs.load_case(path, {key: value}) changes them"
+            )
+
     def scene(self) -> Scene:
         """The scene to simulate; databases are files in it, not yet read."""
         from hydrosim.case.build import build_scene  # the force elements load numba
@@ -231,6 +239,10 @@ def load_case(path: Path | str, settings: Mapping[str, Any] | Sequence[str] = ()
     "environment.waves.seed", "forces.interface.points.0"), a value is as in the file, None removes.
     Raises InputError with a line for each problem: file and line, key, what was found, what was
     expected, what to do.
+
+    >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+    >>> case.data.duration
+    20.0
     """
     return laid_over(Path(path), read_case(Path(path)), settings)
 

@@ -53,6 +53,7 @@ OTHER_OPTIONS = {
     **dict.fromkeys(("--loa", "--lpp", "-l"), "--length"),
     **dict.fromkeys(("--width", "--breadth", "-b"), "--beam"),
     **dict.fromkeys(("--draft", "-t"), "--draught"),
+    **dict.fromkeys(("--depth",), "--draught or --water-depth"),
     **dict.fromkeys(("--start", "--begin", "--after"), "--from"),
     **dict.fromkeys(("--end", "--until", "--stop"), "--to"),
     **dict.fromkeys(("--jobs", "-j", "-n", "--cores", "--threads", "--processes"), "--workers"),

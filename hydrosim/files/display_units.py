@@ -2,7 +2,7 @@
 
 A case that writes a unit for a kind of quantity is answered in that unit. What it does not write is
 read in `DEFAULT_UNITS`. Units of products follow those of their parts: with forces in kN and
-lengths in m, a moment is read in kN m.
+lengths in m, a moment is read in kN m. With forces in N, energies are read in J, not in MJ.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ WHOLE_UNITS = {
     "share": ("%", 100.0),
 }
 """Units that are not read by their parts. A share is a number of which 1 is the whole."""
+OF_NEWTONS = ("J", "W", "Pa")
+"""Units that are read in SI where a case writes its forces in N."""
 CYCLES_SUFFIX = " of cycles"
 """Ends the unit of a frequency of waves, or of a density over it. Its radians are of a phase, not
 of an angle that a case may write in degrees, so it is read as it is."""
@@ -64,6 +66,8 @@ class Units:
             return DisplayUnit(unit.removesuffix(CYCLES_SUFFIX), 1.0)
         if unit in self._known:
             return self._known[unit]
+        if unit in OF_NEWTONS and self.chosen.get("N") == "N":
+            return DisplayUnit(unit, 1.0)
         if unit in WHOLE_UNITS:
             return DisplayUnit(*WHOLE_UNITS[unit])
         display = self._unit_of_product(unit)

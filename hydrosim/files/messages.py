@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, NamedTuple, TypeVar, get_args
+from typing import Any, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -49,7 +49,11 @@ SYNONYMS = {
     "radii_of_gyration": "kxx kyy kzz rxx ryy rzz gyradii radius_of_gyration k_xx k_yy k_zz",
     "inertia": "ixx iyy izz i44 i55 i66 moments_of_inertia moment_of_inertia",
     "draught": "draft t",
-    "length": "l lpp loa unstretched_length l0",
+    "length": "l lpp loa unstretched_length l0 pretension",
+    "capacity": "mbl wll swl breaking_load minimum_breaking_load",
+    "compression": "deflection",
+    "drag": "cd drag_coefficient",
+    "force": "reaction",
     "beam": "breadth width b",
     "database_body": "body body_number number index",
     "hydrodynamics": "database hydro bem rao wamit",
@@ -109,6 +113,12 @@ SYNONYMS = {
     "one_at_a_time": "oat ofat",
     "largest": "max maximum",
     "smallest": "min minimum",
+    "largest_absolute": "max_abs maximum_absolute absmax amax",
+    "lowest": "min minimum lower",
+    "highest": "max maximum upper",
+    "stop": "end_stop bumper limit_stop hard_stop",
+    "dry_friction": "friction coulomb_friction brake",
+    "drive": "prescribed_motion motion shaker",
     "std": "sigma rms sd stdev standard_deviation",
     "mean": "average avg",
     "end": "last final",
@@ -303,11 +313,14 @@ def _unknown_key_problem(
 
 
 def _nested_keys(key: str, fields: Mapping[str, FieldInfo]) -> Iterator[str]:
-    """Dotted keys of the mappings in ``fields`` that have this key, such as segments.drag."""
+    """Dotted keys of the mappings in ``fields`` that have this key, such as segments.drag, or one
+    that it is another word for."""
     for name, field in fields.items():
         readers = [*_readers_in(field.annotation), *_readers_in(field.metadata)]
-        if any(key in _fields_of_reader(reader) for reader in readers):
-            yield f"{name}.{key}"
+        inside = dict.fromkeys(inner for reader in readers for inner in _fields_of_reader(reader))
+        for inner in [key] if key in inside else inside:
+            if inner == key or _plain_word(key) in SYNONYMS.get(inner, "").split():
+                yield f"{name}.{inner}"
 
 
 def _readers_in(annotation: Any) -> Iterator[Reader]:
@@ -382,8 +395,10 @@ def _mapping_text(reader: Reader | None) -> str:
 
 
 def _missing_keys_text(keys: Keys, reader: Reader) -> str:
-    about = _fields_of_reader(reader)[str(keys[-1])].metadata
-    expected = next((item.expected_text for item in about if isinstance(item, Quantity)), "one")
+    field = _fields_of_reader(reader)[str(keys[-1])]
+    values = get_args(field.annotation) if get_origin(field.annotation) is tuple else ()
+    form = f"a list of {len(values)} values" if values and Ellipsis not in values else "one"
+    expected = next((q.expected_text for q in field.metadata if isinstance(q, Quantity)), form)
     return f'found no key "{keys[-1]}"; expected {expected}'
 
 
@@ -450,15 +465,25 @@ def _empty_value_problems(document: Node) -> Iterator[Problem]:
 
 
 def _raise_problems(problems: Sequence[Problem], document: Node) -> None:
-    """Raises one InputError with the first problem of each key; passes if there is none."""
-    lines: dict[str, str] = {}
+    """Raises one InputError with the first problem of each key; passes if there is none. What
+    several mappings take from one anchor is told once."""
+    problem_of_key: dict[str, tuple[str, str]] = {}
     for problem in problems:
         key, mark = locate_value(document, problem.keys)
-        lines.setdefault(
-            key, ": ".join(part for part in (place_text(mark), key, problem.text) if part)
-        )
+        problem_of_key.setdefault(key, (place_text(mark), problem.text))
+    keys_of_line: dict[tuple[str, str, str], list[str]] = {}
+    for key, (place, text) in problem_of_key.items():
+        keys_of_line.setdefault((place, key.rpartition(".")[2], text), []).append(key)
+    lines = [
+        ": ".join(part for part in (place, _keys_text(keys), text) if part)
+        for (place, _, text), keys in keys_of_line.items()
+    ]
     if lines:
-        raise InputError("\n".join(_first_lines([*lines.values()])))
+        raise InputError("\n".join(_first_lines(lines)))
+
+
+def _keys_text(keys: Sequence[str]) -> str:
+    return keys[0] + (f" and {len(keys) - 1} like it" if len(keys) > 1 else "")
 
 
 def _first_lines(lines: list[str]) -> list[str]:

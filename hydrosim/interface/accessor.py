@@ -45,6 +45,15 @@ class RunAccessor:
     def __init__(self, run: xr.Dataset) -> None:
         self._run = run
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> None:
+            methods = ", ".join(name for name in dir(type(self)) if not name.startswith("_"))
+            raise AttributeError(
+                f"run.hydrosim has no {name!r}; it has {methods}. Variables are those of the run"
+                " itself, such as run.position."
+            )
+
     def __repr__(self) -> str:
         from hydrosim.results.dataset import is_part
 
@@ -114,7 +123,12 @@ class RunAccessor:
 
     def channel(self, name: str) -> xr.DataArray:
         """Channel (nt,) over time, with its unit; of many runs (run, nt), of what they keep over
-        time. Raises InputError if there is no channel of that name."""
+        time. Raises InputError if there is no channel of that name.
+
+        >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+        >>> hs.simulate(case).hydrosim.channel("position.block.surge").attrs["units"]
+        'm'
+        """
         from hydrosim.errors import InputError
         from hydrosim.results.channels import channel_series
 

@@ -68,6 +68,10 @@ def analyse(
 
     Numbers are in SI or texts with a unit, unless another unit stands above. With ``output``, files
     are written as by `hydrosim analyse`. Raises InputError for options of another analysis.
+
+    >>> modes = hs.analyse("cases/sphere/decay.yaml").dataset
+    >>> round(float(modes.natural_period[0]), 1)
+    4.4
     """
     named = [("line", line), ("ballast", ballast), ("converge", converge)]
     kinds = [name for name, choice in named if choice]
@@ -353,6 +357,13 @@ def fit_decay(
     ``column`` is that of the roll angle, in ``unit`` (deg or rad) if the files do not say it. The
     fit begins at ``start`` and stops at ``end`` [s]. Keys are written to ``output``, and a picture
     beside it; True draws the picture alone.
+
+    >>> t = np.arange(0.0, 200.0, 0.2)
+    >>> roll = 8.0 * np.exp(-0.01 * t) * np.cos(0.6 * t)
+    >>> head = {"header": "time [s],roll [deg]", "comments": ""}
+    >>> np.savetxt("decay.csv", np.c_[t, roll], "%g", ",", **head)
+    >>> "p1: 0.02 s^-1" in str(hs.decay("decay.csv"))
+    True
     """
     from hydrosim.elements.roll_decay import fit_files
     from hydrosim.report.charts.analysis import draw_decay

@@ -61,6 +61,11 @@ def compare(
 
     ``dataset`` has both series and their difference, ``failed`` says whether a tolerance is
     exceeded or results differ. With ``output``, files are written as by `hydrosim compare`.
+
+    >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "60 s"})
+    >>> run = hs.simulate(case, output="block.nc")
+    >>> hs.compare("block.nc", "block.nc").dataset.attrs["compared"]
+    'at the same times'
     """
     of, run = run, source_of(run)
     frame = None if isinstance(recorded, str | Path) else recorded
@@ -238,6 +243,12 @@ def export(
     ``channels`` are patterns; by default all are written. ``date`` (UTC) is that of time 0 s, for
     netCDF. A recording has a time ``step`` and so many significant ``digits``. ``units`` are "case"
     or "si": CF netCDF and recordings are in SI by default, others in the units of the case.
+
+    >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+    >>> run = hs.simulate(case, output="block.nc")
+    >>> _ = hs.export("block.nc", "block.csv")
+    >>> Path("block.csv").exists()
+    True
     """
     of, run, output = run, source_of(run), Path(output)
     if recording:

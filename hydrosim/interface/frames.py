@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.errors import InputError
+from hydrosim.files.display_units import unit_of_dof
 from hydrosim.results.channels import (
     channel_names,
     channel_series,
@@ -18,7 +19,7 @@ from hydrosim.results.channels import (
 )
 from hydrosim.results.dataset import ResultKind, kind_of
 from hydrosim.results.runs_file import RUN, is_of_runs
-from hydrosim.statistics.statistics import CHANNEL_VARIABLES, NAMED_CHANNELS
+from hydrosim.statistics.statistics import CHANNEL_VARIABLES, NAMED_CHANNELS, UNITS_APART
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,18 +56,22 @@ def frame_of_channels(run: xr.Dataset, patterns: Sequence[str] = ()) -> pd.DataF
 
 
 def frame_of_statistics(statistics: xr.Dataset) -> pd.DataFrame:
-    """Statistics of each channel, in SI: a row for each channel, a column for each statistic."""
+    """Statistics of each channel, in SI: a row for each channel, a column for each statistic. The
+    units of channels stand in ``frame.attrs["units"]``."""
     import pandas as pd
 
-    rows = {name: values.values for name, values in _statistics_by_channel(statistics)}
+    by_channel = {name: (values, unit) for name, unit, values in _statistics_by_channel(statistics)}
+    rows = {name: values.values for name, (values, _) in by_channel.items()}
     columns = pd.Index(statistics.statistic.values.tolist(), name="statistic")
-    frame = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
-    return frame.rename_axis("channel")
+    frame = pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("channel")
+    frame.attrs["units"] = {name: unit for name, (_, unit) in by_channel.items()}
+    return frame
 
 
 def frame_of_runs(runs: xr.Dataset, statistics: Sequence[str] = DEFAULT_STATISTICS) -> pd.DataFrame:
     """One row for each run, in SI: its seed and parameters, its figures, and the ``statistics`` of
-    each channel that moves, such as "position.barge.heave largest"."""
+    each channel that moves, such as "position.barge.heave largest". The units of columns that have
+    one stand in ``frame.attrs["units"]``."""
     import pandas as pd
 
     names = runs.statistic.values.tolist() if "statistic" in runs.coords else []
@@ -75,21 +80,26 @@ def frame_of_runs(runs: xr.Dataset, statistics: Sequence[str] = DEFAULT_STATISTI
     along = [name for name in (*runs.coords, *runs.data_vars) if runs[name].dims == (RUN,)]
     columns = {name: runs[name].values for name in along if name not in (RUN, *LONG_TEXTS)}
     frame = pd.DataFrame(columns, index=pd.Index(runs[RUN].values, name=RUN))
-    for channel, values in _statistics_by_channel(runs):
+    units = {name: str(runs[name].attrs.get("units", "")) for name in columns}
+    for channel, unit, values in _statistics_by_channel(runs):
         if np.nan_to_num(values.sel(statistic="std").values).any():
             for name in statistics:
                 frame[f"{channel} {name}"] = values.sel(statistic=name).values
+                units[f"{channel} {name}"] = UNITS_APART.get(name, unit)
+    frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     return frame
 
 
-def _statistics_by_channel(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
-    """Names of channels, each with its statistics (run, statistic) or (statistic,)."""
-    for name, (variable, dims, _) in CHANNEL_VARIABLES.items():
+def _statistics_by_channel(dataset: xr.Dataset) -> Iterator[tuple[str, str, xr.DataArray]]:
+    """Names of channels, each with its unit and its statistics (run, statistic) or (statistic,)."""
+    for name, (variable, dims, unit) in CHANNEL_VARIABLES.items():
         if name not in dataset:
             continue
         for labels in product(*(dataset[dim].values.tolist() for dim in dims)):
-            channel = ".".join([variable, *labels])
-            yield channel, dataset[name].sel(dict(zip(dims, labels, strict=True)))
+            values = dataset[name].sel(dict(zip(dims, labels, strict=True)))
+            unit_of_channel = unit_of_dof(labels[-1]) if "dof" in dims else unit
+            yield ".".join([variable, *labels]), unit_of_channel, values
     if NAMED_CHANNELS in dataset:
         for channel in dataset.channel.values.tolist():
-            yield channel, dataset[NAMED_CHANNELS].sel(channel=channel)
+            values = dataset[NAMED_CHANNELS].sel(channel=channel)
+            yield channel, str(dataset.unit.sel(channel=channel).values), values

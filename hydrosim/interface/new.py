@@ -222,6 +222,9 @@ def write_new_case(
 
     With ``example``, the name of one, its cases are written with their databases into the folder
     ``case_file``, by default this one. Raises InputError for another name, with those that exist.
+
+    >>> hs.new("own/case.yaml", length=90, beam=27, draught=4)[0]
+    PosixPath('own/case.yaml')
     """
     if example is not None:
         return write_example(example, case_file or ".")

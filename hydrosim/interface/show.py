@@ -251,22 +251,24 @@ def draw_pictures(
     """Draw the pictures of a run, or the figures of a study, into a ``folder``, by default that of
     the result.
 
-    ``channels`` are drawn in one picture instead. The pictures cover the times from ``start`` to
-    ``end``; their ``format`` is png, svg or pdf.
+    ``channels`` are drawn in one picture instead, whose name ``folder`` may be. The pictures cover
+    the times from ``start`` to ``end``; their ``format`` is png, svg or pdf.
     """
     from hydrosim.report.charts.panels import TimeWindow
     from hydrosim.report.charts.pictures import Format, View, draw
 
     path = printed.source_of(result)
     place = path.parent if folder is None else Path(folder)
-    if os.path.exists(place) and not os.path.isdir(place):
+    is_picture = place.suffix[1:] in [*Format] and not os.path.isdir(place)
+    is_one_file = bool(channels) and is_picture
+    if os.path.exists(place) and not os.path.isdir(place) and not is_one_file:
         raise InputError(f"{place}: is a file; expected a folder for the pictures.")
-    if folder is not None and place.suffix[1:] in [*Format] and not os.path.isdir(place):
+    if is_picture and not is_one_file:
         raise InputError(
             f"output: found {place}; expected a folder for several pictures. `format`"
             f" {place.suffix[1:]} selects their format."
         )
-    kind = arguments.one_of(Format, format, "format")
+    kind = arguments.one_of(Format, place.suffix[1:] if is_one_file else format, "format")
     window = TimeWindow(*arguments.window_of(start, end))
     run = _read(result, open_run)
     if is_of_runs(run):
@@ -282,7 +284,9 @@ def draw_pictures(
         return printed.PrintedResult(Document("", []), run, lines=lines)
     asked = arguments.names_in(channels)
     picked = match_channels(channel_names(run), asked, "channels") if asked else ()
-    pictures = draw(run, place, path.stem, path, overwrite, View(window, picked, kind))
+    home, stem = (place.parent, place.stem) if is_one_file else (place, path.stem)
+    view = View(window, picked, kind, is_one_file)
+    pictures = draw(run, home, stem, path, overwrite, view)
     return printed.PrintedResult(Document("", []), run, lines=_picture_lines(pictures))
 
 
@@ -306,6 +310,8 @@ def write_report(
     from hydrosim.report.document import document_of, replay_of, report_of
     from hydrosim.report.page import written_page
 
+    if str(output).endswith(".pdf"):
+        raise InputError(f"output: found {output}; expected .html, which a browser prints to PDF.")
     path = printed.source_of(result)
     what = "replay" if replay else "report"
     if not isinstance(result, xr.Dataset):

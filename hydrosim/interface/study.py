@@ -64,7 +64,18 @@ def study(
     study with the key ``operability`` gives limiting significant wave heights, with workability and
     waiting times. ``resume`` continues one that was killed or interrupted. With ``output``, files
     are written as by `hydrosim study`; without, runs are kept in memory.
+
+    >>> case = "cases/friction_block/exact.yaml"
+    >>> text = f"{{case: {case}, parameters: {{solver.step: [0.05 s, 0.1 s]}}}}"
+    >>> _ = Path("steps.yaml").write_text(text)
+    >>> hs.study("steps.yaml").dataset.solver_step.values.tolist()
+    [0.05, 0.1]
     """
+    if not isinstance(file, str | os.PathLike):
+        raise InputError(
+            "file: found no name of a file; expected one, such as study.yaml. Cases that are made"
+            " in Python are run by hs.simulate_many(cases)."
+        )
     file = Path(file)
     where = Destination(output, resume, overwrite)
     if read_study(file).operability is None:

@@ -363,12 +363,23 @@ def _moving_sideways(model: Model, state: State, modes: np.ndarray, time: float)
     speed = max(kind.sliding_speed(p, constants, time) for kind, p, constants in posing)
     if speed > 0.0:
         own_dofs = own_coordinates(bodies)
-        y[n : n + own_dofs.size] += speed * (1 + own_dofs // 6) * (own_dofs % 6 < 2)
+        rates = y[n : n + own_dofs.size]
+        sideways = speed * (1 + own_dofs // 6) * (own_dofs % 6 < 2)
+        if _are_apart(rates + sideways, own_dofs, 0.5 * speed):
+            rates += sideways
+        else:  # a start at such a speed may cancel it
+            rates[own_dofs % 6 < 2] = sideways[own_dofs % 6 < 2]
         y[n + own_dofs.size : 2 * n] += speed  # of joints
     motion = motion_at(model, y)
     for kind, p, own_dofs in posing:
         kind.set_steady_slip(p, own_dofs, time, bodies, motion, y)
     return state._replace(y=y)
+
+
+def _are_apart(rates: np.ndarray, own_dofs: np.ndarray, least: float) -> bool:
+    """Whether bodies and the earth differ by so much, or more, in surge and in sway."""
+    by_direction = (rates[own_dofs % 6 == direction] for direction in range(2))
+    return all((np.diff(np.sort([0.0, *speeds])) >= least).all() for speeds in by_direction)
 
 
 def largest_participant(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:

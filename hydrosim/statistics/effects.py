@@ -122,10 +122,11 @@ class SobolIndex(NamedTuple):
 
 
 def plans(runs: xr.Dataset) -> list[PlanRuns]:
-    """Plans of a file of runs. Raises InputError if it has none, or no figures."""
+    """Plans of a file of runs. Raises InputError if it has none, or not their parameters."""
+    source = runs.encoding.get("source", "the file")
     if DESIGN not in runs.attrs:
         raise InputError(
-            f"{runs.encoding.get('source', 'the file')}: has no attribute design, so its runs do"
+            f"{source}: has no attribute design, so its runs do"
             " not come from a study file of this version. Run the study again with hydrosim"
             " sweep."
         )
@@ -137,6 +138,10 @@ def plans(runs: xr.Dataset) -> list[PlanRuns]:
         figures = [figure for figure in design["figures"] if figure in runs]
         parts = plan["parameters"], figures, plan["samples"], runs_of_study
         plan_runs.append(PlanRuns(name, plan["design"], *parts, design.get("criteria", {})))
+        if absent := [
+            axis for axis in map(plan_runs[-1].axis, plan["parameters"]) if axis not in runs
+        ]:
+            raise InputError(f"{source}: found no variable {absent[0]}; the file was changed.")
     return plan_runs
 
 

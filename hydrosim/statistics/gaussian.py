@@ -394,7 +394,9 @@ def find_impacts(x: np.ndarray) -> ImpactPeaks | None:
 
 def fit_impacts(hits: ImpactPeaks) -> Impacts | None:
     """Law of the largest impacts, above the lowest level from which it is exponential; None if too
-    few exceed it."""
+    few exceed it, or if the record has fewer waves than the lowest level needs."""
+    if hits.waves < WAVES_ABOVE[0]:
+        return None
     for above in WAVES_ABOVE:
         level = hits.level(above)
         values = hits.values[hits.values > level]

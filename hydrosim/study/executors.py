@@ -132,7 +132,7 @@ def check_figure_names(figures: Sequence[RequestedStatistic], taken: Collection[
     for figure in figures:
         if figure.name in taken:
             raise InputError(
-                f"figures: found the name {figure.name}, which is that of a variable"
+                f"figures, criteria: found the name {figure.name}, which is that of a variable"
                 f" of the runs; expected another one, such as {figure.name}_of_run."
             )
 

@@ -23,7 +23,7 @@ from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -46,6 +46,7 @@ from hydrosim.statistics import effects
 from hydrosim.statistics.statistics import CHANNEL_VARIABLES
 from hydrosim.study import executors
 from hydrosim.study.run_layout import (
+    NAMES_OF_LAYOUT,
     RunLayout,
     merge_layouts,
     names_layout,
@@ -92,9 +93,9 @@ def simulate_many(
     channels: Sequence[str] = (),
     labels: Mapping[str, Sequence[object] | xr.Variable] | pd.DataFrame | None = None,
     figures: Sequence[ScalarResult | StageResult | MotionCauseResult]
-    | Mapping[str, Mapping[str, Any]] = (),
+    | Mapping[str, Mapping[str, object]] = (),
     attributes: Mapping[str, str] | None = None,
-    start: arguments.Amount = 0.0,
+    start: float | str = 0.0,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
@@ -138,6 +139,10 @@ def simulate_many(
         seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
         runs = simulate_many(seas, "seeds.nc")
         runs.motion.sel(dof="surge", statistic="largest").quantile(0.9)
+
+    >>> case = hs.load_case("cases/friction_block/exact.yaml", {"duration": "20 s"})
+    >>> hs.simulate_many([case, case], labels={"trial": [1, 2]}).status.values.tolist()
+    ['complete', 'complete']
     """
     if isinstance(cases, str | Path):
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
@@ -260,12 +265,12 @@ def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Seque
 
 
 def _check_names(scene: Scene, figures: Iterable[RequestedStatistic]) -> None:
-    """Raises InputError where a figure has the name of a coordinate or statistic of the runs."""
+    """Raises InputError where a figure has the name of a dimension or statistic of the runs."""
     layout = names_layout(scene)
     if layout is not None:
-        dims = {"body", "dof", *layout.dims}
+        dims = {*map(str, layout.dims)} - NAMES_OF_LAYOUT
         statistics = [name for name, (_, of, _) in CHANNEL_VARIABLES.items() if dims.issuperset(of)]
-        executors.check_figure_names([*figures], {*layout.coords, *statistics})
+        executors.check_figure_names([*figures], {*dims, *statistics})
 
 
 def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:

@@ -169,6 +169,10 @@ def _layouts_of_runs(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset 
         yield run, layout
 
 
+NAMES_OF_LAYOUT = {"name_of_force", "carried"}
+"""Dimensions of a layout that are not in runs."""
+
+
 def names_layout(scene: Scene) -> xr.Dataset | None:
     """The names in the runs of a scene and the numbers beside them."""
     weights = carried_weights(scene)

@@ -147,7 +147,7 @@ def requested_figures(
 
 
 def figures_by_name(
-    figures: Mapping[str, Mapping[str, Any]], start: float
+    figures: Mapping[str, Mapping[str, object]], start: float
 ) -> tuple[ScalarResult | StageResult | MotionCauseResult, ...]:
     """Figures with the keys of a study file, from ``start`` [s] on. Raises InputError for keys or
     values that no figure has."""

@@ -202,6 +202,11 @@ bodies:
         bodies = load(self.TWO, ["bodies.other.radii_of_gyration.0=7"]).data.bodies
         assert [body.radii_of_gyration[0] for body in bodies.values()] == [1.0, 7.0]
 
+    def test_a_mistake_in_an_anchor_is_told_once(self, refusal: Refusal) -> None:
+        message = refusal(self.TWO.replace("&one {mass: 1", "&one {masss: 3, mass: 1"))
+        assert "bodies.one.masss and 1 like it: found an unknown key" in message
+        assert "bodies.other.masss" not in message
+
     def test_a_merge_key_in_quotes_is_a_key(self, refusal: Refusal) -> None:
         assert "other.<<: found an unknown key" in refusal(self.TWO.replace("<<:", "'<<':"))
 

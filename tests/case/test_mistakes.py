@@ -139,6 +139,8 @@ IN_CASES = [
     mistake("linear_mooring", "hawser", 22, *meant("forces.mooring.type", "spring")),
     mistake("linear_mooring", "chain", 22, *meant("forces.mooring.type", "catenary")),
     mistake("static:", "mu:", 20, *meant("forces.floor.friction.mu", "static")),
+    mistake("static:", "coefficient:", 20, *meant("friction.coefficient", "static")),
+    mistake("{spectrum: jonswap, ", "{", 5, "to say which kind this is: jonswap, pierson"),
     mistake("stick_slip", "Coulomb", 20, *meant("forces.floor.friction.law", "coulomb")),
     mistake("{surge: 100", "{x: 100", 24, *meant("forces.mooring.stiffness.x", "surge")),
     mistake("[surge, sway", "[Surge, sway", 11, *meant("bodies.box.dofs", "surge")),

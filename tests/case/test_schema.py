@@ -301,6 +301,8 @@ class TestForcesOverTime:
         table = "prescribed: {time: [0, 1], force: [0, 4 kN]}, total: true"
         force = load(fender(table)).scene().forces["element"].normal.force
         assert_array_equal([force.time, force.value], [[0, 1], [0, 4e3]])
+        constant = load(fender("prescribed: 4 kN")).scene().forces["element"].normal.force
+        assert_array_equal([constant.time, constant.value], [[0.0], [4e3]])
 
     def test_a_time_that_nothing_uses(self, refusal: Refusal) -> None:
         force = "time: [0, 1], force: {surge: {amplitude: 1, period: 1}}"

@@ -173,6 +173,16 @@ def test_show_prints_what_was_printed(hydrosim: Command, folder: Path) -> None:
         assert len(shown.out) > 200
 
 
+def test_a_picture_of_channels_has_the_name_that_is_asked_for(
+    hydrosim: Command, folder: Path
+) -> None:
+    assert hydrosim("run", "block.yaml").code == 0
+    view = "show", "block.nc", "--plot", "--channels", "position.*"
+    for name in ("heave.svg", "heave.svg", "sub/heave.pdf"):
+        assert f"picture {name}" in hydrosim(*view, "-o", name).out
+        assert (folder / name).is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -180,6 +190,8 @@ def test_show_prints_what_was_printed(hydrosim: Command, folder: Path) -> None:
         ("analyse block.yaml --ballast --converge", "--ballast, --converge: found several"),
         ("show block.nc --why surge --plot", "--why, --plot: found several"),
         ("show block.nc --from 3", "--from: not possible with a summary"),
+        ("show block.nc --plot -o a.png", "--output: found a.png; expected a folder for several"),
+        ("report block.nc -o a.pdf", "expected .html, which a browser prints to PDF"),
         ("show block.nc --plot --duration 3", "--duration: not possible with --plot"),
         ("export block.nc", "--output: found none; expected a file that ends in .nc"),
         ("export block.nc --run 3 -o a.csv", "--run: found no --case; expected both"),

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -10,7 +11,12 @@ from hydrosim.compare import compare, read_mapping
 from hydrosim.compare.align import guess
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.files.recordings import RecordedColumn, Recording, read_recording
+from hydrosim.files.recordings import (
+    RecordedColumn,
+    Recording,
+    read_recording,
+    recording_of_frame,
+)
 from hydrosim.files.text import Source, name_and_unit
 from hydrosim.results.channels import Channel
 
@@ -158,3 +164,19 @@ def test_bad_mapping_files(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "map.yaml").write_text(text)
     with pytest.raises(InputError, match=message):
         read_mapping(tmp_path / "map.yaml")
+
+
+def test_a_mapping_is_read_from_its_keys() -> None:
+    mapping = read_mapping({"channels": {"wave_elevation": {"column": "eta", "unit": "mm"}}})
+    assert mapping.channels["wave_elevation"].column == "eta"
+    with pytest.raises(InputError, match=r"chanels: found an unknown key"):
+        read_mapping({"chanels": {}})
+
+
+def test_a_frame_is_a_recording() -> None:
+    """With units in its names; its index is the time where no column is."""
+    frame = pd.DataFrame({"Eta [mm]": [1.0, 2.0, 3.0]}, index=[0.0, 0.5, 1.0])
+    recording = recording_of_frame(frame)
+    assert recording.time_column().value.tolist() == [0.0, 0.5, 1.0]
+    assert (recording.column("Eta").unit, recording.column("Eta").value[2]) == ("mm", 3.0)
+    assert recording_of_frame(frame.rename_axis("t").reset_index()).time_column().name == "t"

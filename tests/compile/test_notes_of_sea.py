@@ -1,6 +1,7 @@
 """What is said of a scene before it runs."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -84,6 +85,14 @@ def test_each_sea_is_in_one_line_of_check_run_and_report() -> None:
         text = str(document)
         assert table in " ".join(text.split())
         assert regular in " ".join(text.split())
+
+
+def test_a_sea_that_loads_no_body_is_told(tmp_path: Path) -> None:
+    """As in a new case without a database."""
+    case, _ = hs.new(tmp_path / "own.yaml", length=60, beam=20, draught=3)
+    (sea,) = compile_scene(hs.load_case(case).scene()).notes.seas
+    assert sea.endswith("long-crested; it loads no body")
+    assert all("loads no body" not in sea for sea in compile_scene(scene_of("base")).notes.seas)
 
 
 # Starts at rest: what carries a weight, and what is said where nothing does.

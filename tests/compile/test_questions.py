@@ -18,7 +18,7 @@ from hydrosim.compile.questions import QUESTIONS
 from hydrosim.compile.questions.query import extents, text_beyond
 from hydrosim.compile.questions.waters import mode_period, surface_width
 from hydrosim.database import HydroDatabase, load
-from hydrosim.elements import Catenary, StreamLoad, constant
+from hydrosim.elements import Catenary, Harmonic, StreamLoad, constant
 from hydrosim.errors import InputError
 from hydrosim.scene import (
     Box,
@@ -561,6 +561,25 @@ def on_hinge(**acting: object) -> hs.Scene:
     return replace(dry({}), joints={"pin": pin})
 
 
+def test_stops_that_press_at_the_start_are_asked_about() -> None:
+    """A block 2 m below its anchor: the way counts from there, and not from rest."""
+    keys = {"point": (0.0, 0.0, 0.0), "anchor": (0.0, 0.0, 2.0), "stiffness": 1e6}
+    scene = dry({"ends": hs.Stop("block", lowest=2.5, highest=3.5, **keys)})
+    (text,) = asked_of(scene, Question.OVERLAP)
+    assert text.startswith("forces.ends.lowest: found 2.5 m, while it is at 2 m at the start")
+    assert "presses with 5e+05 N" in text
+    assert not asked_of(dry({"ends": hs.Stop("block", lowest=1.5, **keys)}), Question.OVERLAP)
+
+
+@pytest.mark.parametrize(("period", "asked"), [(1.0, 1), (1.1, 0)])
+def test_periods_that_records_miss_are_asked_about(period: float, asked: int) -> None:
+    """Records every 0.5 s of a sine of 1 s are all alike."""
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(1e3, period)})
+    scene = dry({"push": push})
+    texts = asked_of(replace(scene, output_step=0.5), Question.STEP)
+    assert len([text for text in texts if "the period of forces.push" in text]) == asked
+
+
 def test_starts_of_joints_beyond_their_stops_are_asked_about() -> None:
     ends = Stops(-0.5, 0.5, 1e6)
     (text,) = asked_of(on_hinge(stops=ends, position=1.0), Question.OVERLAP)
@@ -648,3 +667,5 @@ def test_a_jointed_hull_of_a_hundred_displacements_is_asked_about() -> None:
 def test_a_dry_body_lighter_than_air_is_asked_about() -> None:
     told = warnings(dry({}, inertia=1e4 * 1600.0**2 * np.eye(3)))
     assert any("usual is above 1.2 kg/m^3" in text for text in told)
+    sliding = warnings(dry({}, inertia=1e4 * 1600.0**2 * np.eye(3), dofs=("surge",)))
+    assert not any("kg/m^3" in text for text in sliding)

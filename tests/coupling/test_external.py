@@ -397,3 +397,31 @@ def test_what_is_no_element_is_refused(wrong: Any) -> None:
         hs.simulate(swinging(), forces={"it": wrong})
     assert f"forces.it: found {type(wrong).__name__}; expected a force element" in str(caught.value)
     assert ("hydrosim.UserForce(BODY, FUNCTION)" in str(caught.value)) == callable(wrong)
+
+
+@pytest.mark.parametrize(
+    ("function", "told"),
+    [
+        (lambda t, state: state["barge"].velocity, "no body 'barge'; expected one of block"),
+        (lambda t, state: state["block"].surge, "no 'surge'; it has position and velocity"),
+    ],
+)
+def test_a_function_is_told_what_there_is(function: Callable[..., Any], told: str) -> None:
+    with pytest.raises(hs.InputError, match=told):
+        hs.simulate(with_function(function))
+
+
+def test_an_error_names_functions_at_stages() -> None:
+    """A latch that remembers when it closed gives another force at trial steps."""
+    state_of_latch = {"until": 0.0, "speed": 0.0}
+
+    def latch(t: float, state: States) -> np.ndarray:
+        speed = state["block"].velocity[0]
+        if speed * state_of_latch["speed"] < 0.0:
+            state_of_latch["until"] = t + 0.2
+        state_of_latch["speed"] = speed
+        return spring(t, state) - (t < state_of_latch["until"]) * 1e4 * np.eye(6)[0] * speed
+
+    run = hs.simulate(with_function(latch))
+    assert "The function of it is called at every stage" in run.attrs["warnings"]
+    assert "coupling='held'" in run.attrs["warnings"]

@@ -17,8 +17,8 @@ SHORT = 15.0  # s, of the 1200 s of the case
 def programs() -> list[str]:
     page = (ROOT / "docs" / "door.md").read_text()
     found = re.findall(r"^```python\n(.*?)^```$", page, re.M | re.S)
-    assert len(found) == 7
-    return [program for program in found if "lines.txt" not in program]
+    assert len(found) == 6
+    return found
 
 
 def test_the_programs_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

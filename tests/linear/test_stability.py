@@ -313,3 +313,12 @@ def test_runs_diverge_where_it_is_said(seed: int, convolved: bool) -> None:
     assert not any(stable_steps.diverges(each, 0.95 * step) for each in placed)
     assert any(stable_steps.diverges(each, 1.05 * step) for each in placed)
     assert not stable_steps.refused(scene)
+
+
+@pytest.mark.parametrize("speed", [-0.1, -0.05, 0.0, 0.1])
+def test_rigid_slip_limits_no_step_at_any_speed(speed: float) -> None:
+    """Neither where the start cancels the speed at which slip is linearised."""
+    setting = {"bodies.block.initial.velocity.surge": speed}
+    path = CASES.parent / "friction_block" / "exact.yaml"
+    compiled = hs.compile_scene(load_case(path, setting).scene())
+    assert all(limit.step == np.inf for limit in scene_step_limits(compiled))

@@ -249,6 +249,7 @@ def test_a_file_of_an_earlier_version_reads_alike(study: xr.Dataset, tmp_path: P
 def test_types_of_simulate_many_are_public() -> None:
     known = {*hs.__all__, "Iterable", "Mapping", "Sequence", "Callable", "PathLike", "Path"}
     known |= {"str", "int", "float", "bool", "object", "None", "xr", "Dataset", "Variable"}
+    known |= {"pd", "DataFrame"}
     signature = inspect.signature(hs.simulate_many)
     texts = [str(p.annotation) for p in signature.parameters.values()]
     words = {word for text in texts for word in re.findall(r"\w+", text)}

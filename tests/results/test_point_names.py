@@ -14,7 +14,7 @@ def test_names_with_of_and_to_in_them() -> None:
     """Two blocks that fly and turn: relative positions, velocities and clearances of their points
     are those of the same scene with plain names."""
     runs = {}
-    for body, other, point in (("one", "two", "tip"), ("leg of jacket", "a to b", "top to toe")):
+    for body, other, point in (("one", "two", "tip"), ("leg of jacket", "a to b", "top_to_toe")):
         bodies = [
             block(
                 2.0,

@@ -170,16 +170,19 @@ class Format(StrEnum):
 
 @dataclass(frozen=True)
 class View:
-    """Selection for the pictures of a run: the time, the channels (default: the usual ones), and
-    the format."""
+    """Selection for the pictures of a run: the time, the channels (default: the usual ones), the
+    format, and whether the picture of channels has the name of the run alone."""
 
     window: TimeWindow = ALWAYS
     channels: Sequence[str] = ()
     format: Format = Format.PNG
+    is_one_file: bool = False
 
     def pictures(self) -> dict[str, str]:
         """Names of all possible files, by the suffix after the name of the run."""
         suffixes = ["_channels"] if self.channels else [*PICTURES]
+        if self.is_one_file:
+            return dict.fromkeys(suffixes, f".{self.format}")
         return {suffix: f"{suffix}.{self.format}" for suffix in suffixes}
 
 
@@ -275,7 +278,8 @@ def _charts_by_name(run: xr.Dataset, name: str) -> tuple[str, list[Chart]]:
     charts = PICTURES[suffixes[name]](run) if name in suffixes else []
     if not charts:
         there = [name for name, suffix in suffixes.items() if PICTURES[suffix](run)]
-        raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
+        hint = f" Channels are drawn by plot.channels({name!r})." if "." in name else ""
+        raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.{hint}")
     return suffixes[name], charts
 
 

@@ -15,7 +15,7 @@ from hydrosim.elements import LinearMooring, StickSlip
 from hydrosim.scene import Scene
 
 STICK, SLIP = 1, 2
-HEAVY = 1e16  # kg: friction does not change its motion
+HEAVY = 1e15  # kg: friction does not change its motion
 
 
 @dataclass(frozen=True)
