@@ -206,6 +206,7 @@ def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[scenes.Scen
         return None, calm.notes
     ignored = scene.solver.symmetry == scenes.Symmetry.IGNORE
     reasons = ["as solver.symmetry asks"] if ignored else list(_asymmetries(calm, sea))
+    reasons = reasons or list(_joints_in_pairs(scene))
     moving = calm.derived.layout.moving()
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
     reasons = reasons or list(_at_start(calm, aside))
@@ -310,6 +311,16 @@ def _joints_aside(scene: scenes.Scene, y: float) -> Iterator[str]:
             yield f"the joint {name}"
     others = {name: joint for name, joint in scene.joints.items() if name not in joints}
     yield from joints_without_image(others, y)
+
+
+def _joints_in_pairs(scene: scenes.Scene) -> Iterator[str]:
+    """Constraints whose mirror image is another one: in the plane one of them would carry the load
+    of both."""
+    joints = tree_joints(scene)
+    for name, joint in scene.joints.items():
+        shape = _shape(joint, _plane(scene.bodies[0]))
+        if name not in joints and not _is_equal(shape.image(), shape):
+            yield f"{name} shares its load with its mirror image"
 
 
 def _is_in_plane(motion: JointMotion, joint: scenes.Joint) -> bool:

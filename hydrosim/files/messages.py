@@ -82,6 +82,11 @@ SYNONYMS = {
     "points": "point locations positions fender_points",
     "anchor": "end fairlead_b end_b",
     "point": "position location fairlead",
+    "hinge": "revolute pin",
+    "slider": "prismatic",
+    "ball": "spherical ball_joint",
+    "universal": "cardan hooke",
+    "fixed": "weld rigid",
     "spring": "line rope cable hawser wire",
     "catenary": "mooring_line chain anchor_line",
     "linear_mooring": "mooring",
@@ -241,6 +246,8 @@ def _problem_of_error(
             return Problem(keys, with_hint(text, _misspelt_key_advice(key, value)))
         case "literal_error" | "enum":
             return Problem(keys, _choice_text(value, context["expected"]))
+        case "greater_than_equal" if context["ge"] > 0:
+            return Problem(keys, f"found {value_text(value)}; expected {context['ge']} or more")
         case "too_long":
             return Problem(
                 keys, f"found {value_text(value)}; expected {context['max_length']} values"

@@ -206,6 +206,17 @@ def test_a_scene_with_values_by_name_is_pickled() -> None:
     assert same.as_written("damping").heave == 1000.0
 
 
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [("revolute", "hinge"), ("prismatic", "slider"), ("spherical", "ball"), ("weld", "fixed")],
+)
+def test_words_of_other_programs_for_joints_are_known(word, kind, tmp_path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(f"{CASE}joints:\n  held: {{type: {word}, body: block}}\n")
+    with pytest.raises(hs.InputError, match=f'joints.held.type: found "{word}".*"{kind}"\\?'):
+        hs.load_case(path)
+
+
 BOX = Box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
 
 
@@ -255,6 +266,7 @@ def _winch(**values) -> hs.Winch:
             "Body: found a matrix that is not positive definite",
         ),
         (lambda: hs.Body("b", 1.0, np.eye(2)), "Body: found an inertia of 2 x 2 values"),
+        (lambda: _body(database_body=0), "Body.database_body: found 0; expected 1 or more"),
         (lambda: _body(tanks=[3]), "Body.tanks.0: found 3; expected an object of Tank"),
         (
             lambda: _body(hydrostatics="x"),

@@ -445,6 +445,23 @@ def test_a_ratchet_goes_in_the_plane_or_turns_across_it(turns, axis, symmetric):
     assert list(joints_without_image({"pawl": pawl}, 0.0)) == told
 
 
+def test_joints_in_pairs_share_their_load() -> None:
+    """In the plane the first of the rods would carry the load of both."""
+    base = moored()
+    rods = {
+        name: hs.Rod(base.bodies[0].name, point=(0.0, y, 0.0), to_point=(40.0, y, 0.0))
+        for name, y in (("port", 5.0), ("starboard", -5.0))
+    }
+    scene = replace(base, joints=rods)
+    assert "port shares its load with its mirror image" in reasons(scene)
+    force = hs.simulate(scene).joint_force
+    port, starboard = (force.sel(joint=name, dof=["surge", "heave"]) for name in rods)
+    assert np.abs(port).max() > 1.0
+    assert np.allclose(port, starboard, rtol=1e-6, atol=1e-6 * float(np.abs(port).max()))
+    middle = replace(rods["port"], point=(0.0, 0.0, 0.0), to_point=(40.0, 0.0, 0.0))
+    assert reduced(replace(base, joints={"middle": middle}))
+
+
 def test_the_key_of_a_case_file() -> None:
     path = CASES / "base.yaml"
     assert reduced(hs.load_case(path).scene())
