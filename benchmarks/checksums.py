@@ -319,6 +319,12 @@ def brake_pair(t: float, state: Mapping[str, Any]) -> list[list[float]]:
     return [[0.0, sign * 2e4 * speed, 0.0, 0.0, 0.0, 0.0] for sign in (-1.0, 1.0)]
 
 
+def load_whole(file: Path) -> xr.Dataset:
+    """A result with its restart data, which a version may keep in a group of their own."""
+    groups = xr.open_groups(file, engine="netcdf4")
+    return xr.merge([group.load() for group in groups.values()], compat="override")
+
+
 def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset]]:
     """Results of commands by name; what they print and report is added to the ``record``."""
 
@@ -327,7 +333,7 @@ def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
 
     def read(result: str) -> xr.Dataset:
         file = Path(result)
-        run = xr.load_dataset(file, engine="netcdf4") if file.exists() else xr.Dataset()
+        run = load_whole(file) if file.exists() else xr.Dataset()
         record["texts"][f"report {result}"] = write_report(result, folder) if run else "no result"
         return run
 
