@@ -28,6 +28,8 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from hydrosim.errors import InputError
+
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
@@ -77,7 +79,6 @@ class RunAccessor:
 
     def _single_run(self) -> xr.Dataset:
         """The run; InputError if the dataset holds many, or none."""
-        from hydrosim.errors import InputError
         from hydrosim.results.dataset import RUN_FILE_HINT
 
         if self._holds_many():
@@ -93,8 +94,6 @@ class RunAccessor:
 
     def _refuse_joined(self) -> None:
         """Raises InputError for runs that xarray has joined along a dimension of its own."""
-        from hydrosim.errors import InputError
-
         dims = self._run.position.dims if "position" in self._run else ()
         if not self._holds_many() and (joined := {*dims} - {"time", "body", "dof"}):
             dim = joined.pop()
@@ -129,7 +128,6 @@ class RunAccessor:
         >>> hs.simulate(case).hydrosim.channel("position.block.surge").attrs["units"]
         'm'
         """
-        from hydrosim.errors import InputError
         from hydrosim.results.channels import channel_series
 
         if not isinstance(name, str):
@@ -165,7 +163,6 @@ class RunAccessor:
         """Means, periods and extremes with confidence intervals, from ``start`` [s] on. They cover
         motions, contacts, lines and the additional ``channels``, which may be patterns such as
         "speed.*". Raises InputError if hardly any record is left after ``start``."""
-        from hydrosim.errors import InputError
         from hydrosim.results.channels import channel_names, match_channels
         from hydrosim.statistics.statistics import has_enough_records, statistics
 
@@ -184,7 +181,6 @@ class RunAccessor:
         """Most probable extremes and P90 over seeds, with 90 % intervals, by channel and side, as
         `hydrosim.statistics.over_seeds.extremes_over_seeds` describes; ``to_dataframe()`` gives a
         table. Raises InputError for one run, and for fewer than 8 seeds."""
-        from hydrosim.errors import InputError
         from hydrosim.statistics.over_seeds import extremes_over_seeds
 
         if not self._holds_many():
@@ -241,7 +237,6 @@ class RunAccessor:
 
 def _channel_of_runs(runs: xr.Dataset, name: str) -> xr.DataArray:
     """Channel (run, nt) of many runs; InputError if they do not keep it over time."""
-    from hydrosim.errors import InputError
     from hydrosim.files.series import columns_of, select
     from hydrosim.results.channels import RUN
 

@@ -48,6 +48,12 @@ SLIDE = JointMotion("offset", MotionKind.SLIDE, 0)
 SWIVELS = tuple(JointMotion(f"rotation_{x}", MotionKind.SWIVEL, k) for k, x in enumerate("xyz"))
 
 
+def require_direction(axis: Sequence[float]) -> None:
+    """Raises a problem if an ``axis`` has no length."""
+    if not np.linalg.norm(axis) > MIN_AXIS_LENGTH:
+        raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+
+
 # What acts in a free motion.
 
 
@@ -437,8 +443,7 @@ class OnAxis(Joint):
 
     @model_validator(mode="after")
     def _check_axis(self) -> Self:
-        if not np.linalg.norm(self.axis) > MIN_AXIS_LENGTH:
-            raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+        require_direction(self.axis)
         return self
 
     def given_axes(self) -> tuple[tuple[float, ...], tuple[float, ...] | None]:

@@ -22,7 +22,7 @@ from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import CoordinateQuantity, CoordinateValue, problem
 from hydrosim.scene import signal
 from hydrosim.scene.force import BreakingElement, BuildContext, ForceElement, Turns
-from hydrosim.scene.joint import Joint, MotionKind
+from hydrosim.scene.joint import Joint, MotionKind, require_direction
 
 
 @schema_class
@@ -386,8 +386,7 @@ class TorsionSpring(ElasticLink):
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:
-        if not any(self.axis):
-            raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+        require_direction(self.axis)
         self.check_law()
         return self
 
@@ -501,8 +500,8 @@ class CoordinateElement(Link):
             raise problem("point without anchor", wanted)
         if self.joint is None and self.body is None:
             raise problem("no body", "the name of a body", "only a joint goes without it")
-        if self.axis is not None and not any(self.axis):
-            raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+        if self.axis is not None:
+            require_direction(self.axis)
         return self
 
     def build_active(self, where: BuildContext) -> ForceElement:

@@ -27,6 +27,7 @@ from hydrosim.files.text import Source
 from hydrosim.files.units import problem
 from hydrosim.modes import NO_INDEX
 from hydrosim.scene.force import CHAIN, STEEL, BreakingElement, BuildContext
+from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.signal import LengthOverTime, RecordedColumns, length_signal
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ class Seabed(SchemaModel):
 
 
 @schema_class
-class CatenaryEntry(BreakingElement):
+class CatenaryEntry(TwoPointElement, BreakingElement):
     """A mooring line with weight: segments between a point of a body and an anchor on the earth or
     on another body, in static balance."""
 
@@ -171,17 +172,10 @@ class CatenaryEntry(BreakingElement):
     """A mooring line with weight, in static balance."""
     point: of.Point
     """Fairlead: end of the line on the body, in the body frame."""
-    anchor: of.Point
-    """Other end of the line, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = field(default=None, kw_only=True)
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    tender."""
     segments: Annotated[tuple[Segment, ...], AfterValidator(of.require_entries)]
     """Uniform pieces of the line from the fairlead to the anchor."""
     seabed: Seabed | None = None
     """Seabed at the water depth, on which the line may lie. Without it, the line touches no bed."""
-    capacity: of.ReferenceForce | None = None
-    """Allowable tension, which statistics compare with."""
 
     @model_validator(mode="after")
     def _check_lengths(self) -> Self:
@@ -194,10 +188,6 @@ class CatenaryEntry(BreakingElement):
             expected = "one in the first segment alone, where a winch pays out"
             raise problem(found_text, expected)
         return self
-
-    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
-        remedy = "an anchor without anchor_body is fixed to the earth"
-        yield ("anchor_body",), self.anchor_body, remedy
 
     def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
         for i, segment in enumerate(self.segments):
