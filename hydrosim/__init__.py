@@ -79,6 +79,7 @@ _HOME = {
 }
 _OF_SCENES = {
     "body": "Body Clearance Plan Pump Tank WaveForces",
+    "catenary": "Catenary Chain LineDrag Seabed Segment StretchCurve",
     "contacts": "Coulomb Fender Frictionless FrictionSlope Landing LoadPowers NormalCurve"
     " NormalLoop PrescribedNormal Seats StickSlip Wall",
     "damping": "LinearDamping QuadraticDamping SharpBarge ViscousRoll",

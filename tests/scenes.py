@@ -240,6 +240,39 @@ def mooring(body: str = "block", **stiffness: float) -> LinearMooring:
     return LinearMooring(body, np.diag(moving(**stiffness)))
 
 
+def catenary_of(
+    body: str,
+    point: Sequence[float],
+    anchor: Sequence[float],
+    length: ArrayLike,
+    weight: ArrayLike,
+    stiffness: ArrayLike,
+    hung: ArrayLike = 0.0,
+    width: ArrayLike = 0.0,
+    friction: float | None = None,
+    curves: Mapping[int, np.ndarray] | None = None,
+    paid: Signal | None = None,
+    **keys: Any,
+) -> hs.Catenary:
+    """A catenary of segments with such columns; the first is ``paid`` out. ``hung`` is a clump
+    above 0, else a buoy; ``curves`` of stretch and tension replace the stiffness."""
+    laws = {k: hs.StretchCurve(*curve) for k, curve in (curves or {}).items()}
+    columns = np.broadcast_arrays(*map(np.atleast_1d, (length, weight, stiffness, hung, width)))
+    segments = [
+        hs.Segment(
+            paid if k == 0 and paid is not None else float(L),
+            float(w),
+            laws.get(k, float(EA)),
+            drag=hs.LineDrag(1.0, float(b)) if b else None,
+            clump=float(load) if load > 0.0 else None,
+            buoy=float(-load) if load < 0.0 else None,
+        )
+        for k, (L, w, EA, load, b) in enumerate(zip(*columns, strict=True))
+    ]
+    bed = None if friction is None else hs.Seabed(friction)
+    return hs.Catenary(body, tuple(point), tuple(anchor), segments=segments, seabed=bed, **keys)
+
+
 def straight_curve(stiffness: float, damping: float = 0.0) -> NormalCurve:
     return NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
 

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.case.lines.chains import mooring_lines, water_of_system
-from hydrosim.case.lines.system import stiffness_and_curves
 from hydrosim.compile.validate_scene import STRAINED
 from hydrosim.elements.line import points
-from hydrosim.elements.line.hang import SuspendedLine, find_touchdown, new_pieces
+from hydrosim.elements.line.hang import SuspendedLine, find_touchdown, pieces_of_segments
 from hydrosim.elements.line.search import stiffness
 from hydrosim.elements.line.shape import REASONS, LinePull, solve
 from hydrosim.files.text import Source
@@ -170,14 +169,12 @@ def lines_of_system(system: System) -> list[StillLine]:
     source = Source(system.file)
     still_lines = []
     for name, line in mooring_lines(system, water_of_system(system, DEFAULT_WATER), source).items():
-        length, weight, hung = np.array([(s.length, s.weight, s.hung) for s in line.segments]).T
-        stiffness, curves = stiffness_and_curves([s.stiffness for s in line.segments])
         across = np.subtract(line.anchor, line.fairlead)
         bed = -inf if system.depth is None else min(-system.depth - line.anchor[2], 0.0)
         still_lines.append(
             StillLine(
                 name,
-                new_pieces(length, weight, stiffness, hung, curves),
+                pieces_of_segments(line.segments),
                 float(np.hypot(across[0], across[1])),
                 -float(across[2]),
                 bed,

@@ -19,8 +19,8 @@ from pydantic import BaseModel
 from hydrosim import scene
 from hydrosim.case import schema
 from hydrosim.case.criteria import as_attributes
-from hydrosim.case.elements.catenary import Lines, Vessel
 from hydrosim.case.hydrodynamics import build_hydrodynamics, hull_of
+from hydrosim.case.lines.element import Lines, Vessel
 from hydrosim.case.seas import wave_trains
 from hydrosim.case.tanks import SEA_NAME
 from hydrosim.errors import InputError
@@ -123,12 +123,13 @@ def build_scene(
     """The scene of a case; relative paths begin at the folder of ``path``. Its results are read in
     ``units``, by SI unit."""
     bodies = tuple(_build_body(name, body, path.parent) for name, body in data.bodies.items())
+    forces, left_out = _build_forces(data, path, {body.name: body for body in bodies})
     return scene.Scene(
         title=data.title,
         duration=data.duration,
         bodies=bodies,
         environment=_build_environment(data.water, path),
-        forces=_build_forces(data, path, {body.name: body for body in bodies}),
+        forces=forces,
         joints=data.joints,
         solver=_build_solver(data.solver),
         output_step=data.output_step,
@@ -140,6 +141,7 @@ def build_scene(
         initial=_build_start(data.begins, path.parent) if data.begins else None,
         at_rest=data.initial == "at_rest",
         accept=data.accept,
+        left_out=left_out,
         source={
             "case_file": str(path),
             "case": text,
@@ -152,22 +154,24 @@ def build_scene(
 
 def _build_forces(
     data: schema.CaseFile, path: Path, bodies: Mapping[str, scene.Body]
-) -> dict[str, scene.ForceElement]:
-    """The force elements. Files with lines are several elements each."""
+) -> tuple[dict[str, scene.ForceElement], tuple[scene.OmittedEntry, ...]]:
+    """The force elements, and what files of lines say besides, which are several elements each."""
     elements_by_name: dict[str, scene.ForceElement] = {}
+    left_out: list[scene.OmittedEntry] = []
     for name, element in data.forces.items():
         where = BuildContext(f"forces.{name}", path, _water_density(data.water), data.joints)
         if isinstance(element, Lines):
             body = bodies[element.body]
             place = (body.location, body.heading, body.centre_of_gravity)
-            several = element.elements(where, Vessel(*place, data.water.water_depth))
+            several, omitted = element.build_lines(where, Vessel(*place, data.water.water_depth))
+            left_out += omitted
         else:
             several = {name: fit_decay(element, where).build_active(where)}
         if twice := {*several} & {*elements_by_name, *data.forces} - {name}:
             text = f'found two elements of the name "{min(twice)}"; expected another name of one'
             raise InputError(f"{path}: forces.{name}: {text}; lines have names NAME_LINE")
         elements_by_name |= several
-    return elements_by_name
+    return elements_by_name, tuple(left_out)
 
 
 def _build_start(start: scene.Start, folder: Path) -> scene.Start:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 
-from hydrosim.case.elements.catenary import Lines
 from hydrosim.case.hydrodynamics import accepted_of, files_of
+from hydrosim.case.lines.element import Lines
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.waves import (
     Components,

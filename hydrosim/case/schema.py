@@ -14,18 +14,25 @@ from pydantic.config import JsonDict
 
 from hydrosim import scene
 from hydrosim.case.criteria import Report, RunCriterion
-from hydrosim.case.elements import AnyElement
 from hydrosim.case.hydrodynamics import Hydrodynamics, Hydrostatics, files_of
+from hydrosim.case.lines.element import Lines
 from hydrosim.case.tanks import TankEntry
 from hydrosim.case.waves import Waves
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel
-from hydrosim.files.schema_class import schema_class
+from hydrosim.files.schema_class import ByKind, schema_class
 from hydrosim.files.units import Quantity, problem
+from hydrosim.scene.catenary import Catenary
+from hydrosim.scene.contacts import Fender, Landing
+from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.scene.environment import WaterProperties
 from hydrosim.scene.joint import AnyJoint
+from hydrosim.scene.links import AnyCoordinateElement, Compensator, Spring, Strut, TorsionSpring
+from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
+from hydrosim.scene.restraints import Bushing, Drive, LinearMooring
 from hydrosim.scene.scene import ACCURACIES, ACCURACY, SolverSettings
+from hydrosim.scene.winch import Winch
 
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
@@ -171,6 +178,37 @@ Begin = Annotated[
     Annotated[Literal["at_rest"], pydantic.Tag("at_rest")]
     | Annotated[scene.Start, pydantic.Tag("of a run")],
     pydantic.Discriminator(_beginning_form),
+]
+
+
+def _check_element(data: Any) -> Any:
+    if isinstance(data, dict) and "mass" in data and "type" not in data:
+        raise problem("a body, with a mass", "a force element", 'move it below "bodies:"')
+    return data
+
+
+AnyElement = Annotated[
+    LinearMooring
+    | AppliedForce
+    | Fender
+    | Landing
+    | Spring
+    | Catenary
+    | Lines
+    | Strut
+    | TorsionSpring
+    | AnyCoordinateElement
+    | Bushing
+    | LinearDamping
+    | QuadraticDamping
+    | ViscousRoll
+    | CurrentLoad
+    | WindLoad
+    | Winch
+    | Compensator
+    | Drive,
+    ByKind("type"),
+    pydantic.BeforeValidator(_check_element),
 ]
 
 

@@ -17,11 +17,11 @@ from hydrosim.compile.restart import start_time
 from hydrosim.dofs import about_z
 from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line import kind
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.points import LineShape, line_shapes
 from hydrosim.integrate.dynamics import Model, new_work
 from hydrosim.linear.linearise import linearise
 from hydrosim.multibody.kinematics import place_bodies, positions_at, slopes_at
+from hydrosim.scene.catenary import Catenary
 from hydrosim.water.build import first_order
 from hydrosim.water.components import WaveComponents
 

@@ -177,6 +177,8 @@ def _is_equal(first: object, second: object) -> bool:
         return first.keys() == second.keys() and all(
             _is_equal(first[key], second[key]) for key in first
         )
+    if isinstance(first, tuple) and isinstance(second, tuple) and any(map(is_dataclass, first)):
+        return len(first) == len(second) and all(map(_is_equal, first, second))
     if first is None or second is None:
         return first is second
     if is_dataclass(first) or isinstance(first, str | _Times):

@@ -23,8 +23,8 @@ from hydrosim.compile.start import with_slow_places
 from hydrosim.database.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.elements import heights_of_wind, in_gusts, kind
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.scene import Kinematics, Place, Scene, Solver, WaveForces
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.scene import arrangement
 from hydrosim.water.body import WaveBody
 from hydrosim.water.build import wave_loads_model

@@ -54,12 +54,12 @@ from hydrosim.elements.kind import (
 )
 from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.line import kind as lines
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.link import table as links
 from hydrosim.elements.link.kind import COMPENSATOR_KIND, LINK_KIND, SPRING_KIND
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.contacts import (
     Contact,
     Coulomb,

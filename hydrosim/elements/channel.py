@@ -32,7 +32,6 @@ from hydrosim.elements.contact.fender import normal_load_of
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout, unit_ranges
 from hydrosim.elements.line import catenary, winch
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.link import table as links
 from hydrosim.elements.link.law import LOAD_OUTPUT, PLACE_OUTPUT, Link
 from hydrosim.elements.link.laws import LAWS
@@ -42,6 +41,7 @@ from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Clearance, ForceElement, When
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.links import CoordinateElement
 from hydrosim.scene.winch import Winch

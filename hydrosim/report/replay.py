@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -19,6 +18,7 @@ from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
 from hydrosim.results.channels import COORDINATE_LINKS
 from hydrosim.scene import Cylindrical, Hinge, Rod, Scene, Slider, Universal
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.contacts import Contact, Fender, Landing
 from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
 from hydrosim.scene.winch import Winch

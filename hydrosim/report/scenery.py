@@ -17,17 +17,17 @@ import scipy
 from hydrosim.case.load import load_case
 from hydrosim.dofs import about_z
 from hydrosim.elements.kind import elements_of
-from hydrosim.elements.line.catenary import Catenary, pieces_of_line, pull_entries
+from hydrosim.elements.line.catenary import pieces_of_line, pull_entries
 from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.shape import LinePull
 from hydrosim.elements.signal import compile_signals, value
 from hydrosim.errors import InputError
-from hydrosim.modes import NO_INDEX
 from hydrosim.report.page import base64_of_floats
 from hydrosim.run.provenance import case_of
 from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
 from hydrosim.scene.body import TankShape
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.contacts import Contact, Fender, Landing
 from hydrosim.water.components import WaveComponents, sea
 
@@ -274,9 +274,9 @@ def _point_in_earth(
 
 def _pieces_of_line(line: Catenary, t: float) -> np.ndarray:
     pieces = pieces_of_line(line)
-    if line.paid is not None and line.paying != NO_INDEX:
+    if line.paid is not None:
         paid, parts = compile_signals([line.paid])
-        pieces["length"][line.paying] = value(t, paid[0], parts)
+        pieces["length"][0] = value(t, paid[0], parts)
     return pieces
 
 

@@ -18,9 +18,9 @@ from hydrosim.compile.questions.elements import SOFTEST
 from hydrosim.dofs import loads_about_z
 from hydrosim.elements.contact.law import OPEN
 from hydrosim.elements.joint.locks import CLOSED, WAITING
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.results.memory import frames_of
 from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question, Scene
+from hydrosim.scene.catenary import Catenary, StretchCurve
 from hydrosim.scene.contacts import Contact, Landing, PrescribedNormal
 from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
@@ -99,9 +99,12 @@ def _compression_warnings(scene: Scene, run: xr.Dataset) -> Iterator[str]:
 def _stretch_warnings(scene: Scene, run: xr.Dataset) -> Iterator[str]:
     """Warn of lines whose tension was beyond the end of a curve."""
     for name, line in scene.forces.items():
-        if not isinstance(line, Catenary) or not line.curves:
+        segments = line.segments if isinstance(line, Catenary) else ()
+        laws = (segment.stiffness for segment in segments)
+        ends = [law.tension[-1] for law in laws if isinstance(law, StretchCurve)]
+        if not ends:
             continue
-        end = min(float(tension[-1]) for _, tension in line.curves.values())
+        end = min(ends)
         channels = ("line_tension", "line_anchor_tension")
         largest = max(float(run[channel].sel(line=name).max()) for channel in channels)
         if largest > end:

@@ -227,7 +227,8 @@ class Scene:
     bodies. ``wave_probes`` are named points x, y [m] with recorded elevation. ``clearances`` are
     recorded besides the named points of bodies.
 
-    ``accept`` lists the questions that are not asked. ``places`` are file and line of keys of its
+    ``accept`` lists the questions that are not asked. ``left_out`` is what files of other programs
+    say and the scene has not. ``places`` are file and line of keys of its
     case file, for messages.
     """
 
@@ -248,6 +249,7 @@ class Scene:
     source: Mapping[str, Any] = field(default_factory=dict)
     output_accelerations: bool = False
     output_impulses: bool = False
+    left_out: tuple[OmittedEntry, ...] = ()
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -12,6 +12,7 @@ import yaml
 from text_tables import rows
 from validation_data import unpacked
 
+import hydrosim as hs
 from hydrosim.analysis.line import lines_of_system
 from hydrosim.case.lines.chains import (
     case_keys,
@@ -21,10 +22,11 @@ from hydrosim.case.lines.chains import (
 )
 from hydrosim.case.lines.system import MooringLine
 from hydrosim.case.load import load_case
-from hydrosim.elements.line.catenary import Catenary
+from hydrosim.elements.line.hang import pieces_of_segments
 from hydrosim.errors import InputError
 from hydrosim.files.text import Source
 from hydrosim.report.evidence import Feature, Kind
+from hydrosim.scene.catenary import Catenary
 
 SEMI_TAUT = unpacked("lines/semi_taut.txt")
 TYPES = """\
@@ -143,7 +145,8 @@ def test_formats(tmp_path: Path, text: str, name: str) -> None:
     assert line.fairlead == (20.0, 0.0, -5.0)
     assert line.anchor == (600.0, 0.0, -100.0)
     rope, chain = line.segments
-    assert (rope.length, rope.stiffness, rope.drag, rope.diameter) == (190.0, 1e8, 1.0, 0.2)
+    assert (rope.length, rope.stiffness) == (190.0, 1e8)
+    assert rope.drag == hs.LineDrag(coefficient=1.0, diameter=0.2)
     assert rope.weight == pytest.approx((30 - 1025 * pi / 4 * 0.2**2) * 9.81)
     assert rope.weight < 0.0  # it floats
     assert rope.hung == pytest.approx((3000 - 1025 * 0.5) * 9.81)
@@ -189,7 +192,7 @@ def test_case(tmp_path: Path) -> None:
     np.testing.assert_allclose(line.point, (-59.0, -2.0, -11.0))
     c, s = cos(radians(30)), sin(radians(30))
     np.testing.assert_allclose(line.anchor, (10 - 700 * c, 5 - 700 * s, -200))
-    np.testing.assert_allclose(line.length, (199.8, 497.702))
+    np.testing.assert_allclose([s.length for s in line.segments], (199.8, 497.702))
     assert line.friction == 0.0
     assert line.capacity == 4e6
     assert line.active is not None
@@ -211,8 +214,11 @@ def test_keys(tmp_path: Path) -> None:
     of_keys = load_case(path).scene().forces
     for name in ("2", "4", "6"):
         a, b = of_file[f"mooring_{name}"], of_keys[f"line_{name}"]
-        for key in ("length", "weight", "stiffness", "hung", "drag_width", "point", "anchor"):
+        for key in ("drag_width", "point", "anchor"):
             np.testing.assert_allclose(getattr(a, key), getattr(b, key), rtol=1e-11)
+        one, other = (pieces_of_segments(line.segments) for line in (a, b))
+        for key in ("length", "weight", "stiffness", "hung"):
+            np.testing.assert_allclose(one[key], other[key], rtol=1e-11)
 
 
 RODS = """\

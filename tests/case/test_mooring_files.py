@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from text_tables import rows
 
+import hydrosim as hs
 from hydrosim.case.lines.chains import (
     case_keys,
     mooring_lines,
@@ -76,7 +77,8 @@ def test_layouts(tmp_path: Path, text: str, name: str) -> None:
     weight = (80.0 - 1025.0 * np.pi / 4.0 * 0.1**2) * 9.81
     assert segment.weight == pytest.approx(weight, rel=1e-12)
     assert (segment.length, segment.stiffness) == (530.0, 400e6)
-    assert (segment.drag, segment.diameter, segment.hung) == (1.6, 0.1, 0.0)
+    assert segment.drag == hs.LineDrag(coefficient=1.6, diameter=0.1)
+    assert segment.hung == 0.0
     assert system.depth == 100.0
     assert system.left_out == ()
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.run.checkpoint import digest
 from hydrosim.scene import signal
 from hydrosim.scene.body import Box
@@ -230,15 +229,13 @@ def test_signals_are_equal_by_their_values() -> None:
 
 def test_scenes_with_arrays_are_equal_to_their_copies() -> None:
     curve = hs.NormalCurve([0.0, 1.0], [0.0, 1e6])
-    line = Catenary(
-        *("b", (0, 0, 0), (9, 0, -9), *([[9.0], [1e3], [1e8], [0.0], [0.0]])),
-        curves={0: np.array([[0.0, 1.0], [0.0, 1e3]])},
-    )
+    segment = hs.Segment(9.0, 1e3, hs.StretchCurve([0.0, 1.0], [0.0, 1e3]))
+    line = hs.Catenary("b", (0, 0, 0), (9, 0, -9), segments=[segment])
     hull = Hull(np.zeros((4, 3, 3)))
     for value in (curve, line, hull):
         assert pickle.loads(pickle.dumps(value)) == value
     assert curve != replace(curve, force=[0.0, 2e6])
-    assert line != replace(line, curves={})
+    assert line != replace(line, segments=[replace(segment, stiffness=1e3)])
     assert hull != Hull(np.ones((4, 3, 3)))
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from hydrosim.compile.questions import QUESTIONS
 from hydrosim.compile.questions.query import extents, text_beyond
 from hydrosim.compile.questions.waters import mode_period, surface_width
 from hydrosim.database import HydroDatabase, load
-from hydrosim.elements import Catenary, Harmonic, StreamLoad, constant
+from hydrosim.elements import Harmonic, StreamLoad, constant
 from hydrosim.errors import InputError
 from hydrosim.scene import (
     Box,
@@ -611,11 +612,10 @@ def test_drag_is_that_of_a_hull_of_this_size(damping: float, asked: int) -> None
     assert len(told) == asked
 
 
-def moored(point: tuple[float, ...], anchor: tuple[float, ...], **changes: object) -> hs.Scene:
+def moored(point: tuple[float, ...], anchor: tuple[float, ...], **changes: Any) -> hs.Scene:
     """The barge in 50 m of water, on a chain of 330 m of 1 kN/m."""
-    one = {"weight": np.array([1e3]), "stiffness": np.array([1e9]), "hung": np.zeros(1)}
-    one |= {"length": np.array([330.0]), "drag_width": np.zeros(1), "friction": 0.5}
-    scene = with_force(Catenary("barge", point, anchor, **{**one, **changes}))  # type: ignore[arg-type]
+    one = {"length": 330.0, "weight": 1e3, "stiffness": 1e9, "friction": 0.5}
+    scene = with_force(scenes.catenary_of("barge", point, anchor, **{**one, **changes}))
     scene = scenes.with_body(scene, hydrodynamics=ROOT / "hydro_db" / "h851_50m.nc")
     return replace(scene, environment=replace(scene.environment, water_depth=50.0))
 
@@ -627,7 +627,7 @@ ROUTES = [
     (moored(SIDE, (200.0, 320.0, -6.0)), "an anchor 44 m above the seabed"),
     (moored((80.0, -28.0, -2.0), ANCHOR), "m under the hull of barge"),
     (moored((80.0, 28.0, -27.0), ANCHOR), "m under the keel of barge"),
-    (moored(SIDE, ANCHOR, stiffness=np.array([1e6])), "an EA of 1e+06 N"),
+    (moored(SIDE, ANCHOR, stiffness=1e6), "an EA of 1e+06 N"),
 ]
 
 

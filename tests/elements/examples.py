@@ -6,8 +6,8 @@ from typing import Any, get_args
 
 from pydantic import TypeAdapter
 
-from hydrosim.case.elements import AnyElement
-from hydrosim.case.elements.catenary import Lines
+from hydrosim.case.lines.element import Lines
+from hydrosim.case.schema import AnyElement
 from hydrosim.scene import ForceElement
 from hydrosim.scene.contacts import Fender, Friction
 from hydrosim.scene.force import BuildContext

@@ -44,7 +44,7 @@ OF_PYTHON = {UserForce}
 """Functions of the user: no case file holds one, and what they do is their own. Their tests are in
 `tests/coupling`."""
 OWN = [kind for kind in leaves(ForceElement) if kind.__module__.startswith("hydrosim.")]
-OF_FILES = {"hydrosim.case.elements.catenary"}
+OF_FILES = {"hydrosim.case.lines.element"}
 """Modules of elements that a file gives in another form than a scene has."""
 SHIPPED = [kind for kind in OWN if kind not in OF_PYTHON and kind.__module__ not in OF_FILES]
 

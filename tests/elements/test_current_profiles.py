@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import block, moving, scene
+from scenes import block, catenary_of, moving, scene
 
 import hydrosim as hs
-from hydrosim.elements import Catenary, CurrentLoad, LinearDamping, QuadraticDamping
+from hydrosim.elements import CurrentLoad, LinearDamping, QuadraticDamping
 from hydrosim.scene import CurrentPower, CurrentTable, Environment, Hull, Kinematics, Scene
 from hydrosim.water import current
 
@@ -109,9 +109,9 @@ def test_current_on_each_element() -> None:
 
 def test_current_on_a_line_is_the_mean_over_its_upper_half() -> None:
     """2 to 22 m deep: 1.8, 1, 0.9 m/s at 2, 10, 12 m; level lines feel that of their depth."""
-    segment = [np.array([x]) for x in (75.0, 300.0, 3e7, 0.0, 0.24)]
+    segment = (75.0, 300.0, 3e7, 0.0, 0.24)
     for anchor, expected in (((60.0, 0.0, -22.0), 1.31), ((60.0, 0.0, -2.0), 1.8)):
-        line = Catenary("block", (0.0, 0.0, -2.0), anchor, *segment)
+        line = catenary_of("block", (0.0, 0.0, -2.0), anchor, *segment)
         still = replace(scene(block(1e3), {"line": line}, 1.0, 0.1), environment=sea(SHEARED))
         stream = hs.compile_scene(still).model.elements.catenaries.lines[0]["stream"]
         assert np.hypot(*stream) == pytest.approx(expected)

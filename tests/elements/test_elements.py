@@ -17,6 +17,7 @@ from hydrosim.elements import Catenary, Drive, Stop, Table, Winch
 from hydrosim.elements.contact.fender import CONTACT_STATES, DISSIPATED
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.kind import BODY_ROWS, HYDROSTATIC
+from hydrosim.elements.line.hang import pieces_of_segments
 from hydrosim.integrate.dynamics import Model, new_work, rhs, stored_energies
 from hydrosim.integrate.state import State
 from hydrosim.multibody.kinematics import Motion
@@ -249,7 +250,8 @@ def test_action_is_reaction(name, mode, kinematics):
     assert np.abs(wrench[0]).max() > 1e3
     element = ELEMENTS[name]
     if isinstance(element, Catenary):  # its weight, which both bodies carry
-        weight = element.length @ element.weight + element.hung[:-1].sum()
+        pieces = pieces_of_segments(element.segments)
+        weight = pieces["length"] @ pieces["weight"] + pieces["hung"][:-1].sum()
         assert wrench[:, :3].sum(axis=0) == pytest.approx([0.0, 0.0, -weight], abs=1e-9)
         return
     assert wrench[:, :3].sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)

@@ -10,24 +10,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import inf, pi
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import yaml
 
 from hydrosim.case.lines.moordyn import read_moordyn
 from hydrosim.case.lines.moorpy import is_moorpy, read_moorpy
 from hydrosim.case.lines.system import (
-    MAX_SEGMENTS,
-    LinePiece,
     LineType,
     MooringLine,
     PointSupport,
-    StretchCurve,
     System,
 )
 from hydrosim.errors import InputError
 from hydrosim.files.text import Source
 from hydrosim.files.yaml_nodes import compose_nodes, plain_values
+from hydrosim.scene.catenary import MAX_SEGMENTS, LineDrag, Segment, StretchCurve
 
 Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
@@ -178,13 +176,13 @@ def _build_line(
     for name, hung in zip(pieces, _hung_weights(system, start, pieces, water), strict=True):
         kind = system.types[system.pieces[name].type]
         segments.append(
-            LinePiece(
-                system.pieces[name].length,
-                weight_in_water(kind, density) * gravity,
-                kind.stiffness,
-                hung,
-                kind.drag,
-                kind.diameter,
+            Segment.build_from(
+                kind,
+                length=system.pieces[name].length,
+                weight=weight_in_water(kind, density) * gravity,
+                clump=hung if hung > 0.0 else None,
+                buoy=-hung if hung < 0.0 else None,
+                drag=LineDrag(kind.drag, kind.diameter) if kind.drag > 0.0 else None,
             )
         )
     return MooringLine(system.points[start].place, system.points[end].place, segments)
@@ -264,10 +262,10 @@ def _line_keys(line: MooringLine, system: System) -> dict[str, object]:
             "weight": _text_with_unit(s.weight, "N/m"),
             "stiffness": _stiffness_keys(s.stiffness),
         }
-        if s.drag > 0.0:
+        if s.drag is not None:
             section_keys["drag"] = {
-                "coefficient": s.drag,
-                "diameter": _text_with_unit(s.diameter, "m"),
+                "coefficient": s.drag.coefficient,
+                "diameter": _text_with_unit(s.drag.diameter, "m"),
             }
         if s.hung != 0.0:
             section_keys["clump" if s.hung > 0.0 else "buoy"] = _text_with_unit(abs(s.hung), "N")
@@ -278,12 +276,12 @@ def _line_keys(line: MooringLine, system: System) -> dict[str, object]:
     return keys
 
 
-def _stiffness_keys(stiffness: float | StretchCurve) -> object:
+def _stiffness_keys(stiffness: float | StretchCurve | None) -> object:
     if not isinstance(stiffness, StretchCurve):
         return _text_with_unit(stiffness, "N")
     tension = [_text_with_unit(T, "N") for T in stiffness.tension]
     return {"stretch": list(stiffness.stretch), "tension": tension}
 
 
-def _text_with_unit(value: float, unit: str) -> str:
+def _text_with_unit(value: Any, unit: str) -> str:
     return f"{value:.{SIGNIFICANT_DIGITS}g} {unit}"

@@ -32,6 +32,7 @@ from hydrosim.case.lines.sections import (
 )
 from hydrosim.files.text import Source, parse
 from hydrosim.scene import OmittedEntry, Question
+from hydrosim.scene.catenary import StretchCurve
 
 REQUIRED_SECTIONS = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}
 POINT_TYPES = {  # what holds a point, by what its type begins with
@@ -173,7 +174,7 @@ def _read_types(rows: SectionTable) -> dict[str, system.LineType]:
 
 def _read_stiffness(
     rows: SectionTable, line: int, words: Sequence[str], column: int
-) -> float | system.StretchCurve:
+) -> float | StretchCurve:
     """EA, or the curve in the file that is named there: rows of stretch and tension [N] below lines
     of heading."""
     name = words[column].partition("|")[0]
@@ -186,7 +187,7 @@ def _read_stiffness(
         source.wrong(f"found {table.shape[1]} columns; expected stretch and tension")
     keys = dict(zip(("stretch", "tension"), table.T.tolist(), strict=True))
     try:
-        return system.StretchCurve.model_validate(keys)
+        return StretchCurve.type_adapter().validate_python(keys)
     except ValidationError as error:
         source.wrong(error.errors()[0]["msg"])
 

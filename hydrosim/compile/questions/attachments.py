@@ -12,9 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.compile.questions import query
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.points import LineShape, line_shapes
 from hydrosim.scene import Body, Cylindrical, Hinge
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.links import CoordinateElement, TorsionSpring, TwoPointElement
 from hydrosim.scene.scene import arrangement

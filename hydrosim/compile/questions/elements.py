@@ -10,7 +10,6 @@ from hydrosim.compile.questions import query
 from hydrosim.compile.questions.attachments import ask_about_attachments
 from hydrosim.compile.questions.bodies import ask_about_drag
 from hydrosim.dofs import DOFS
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
 from hydrosim.multibody.kinematics import Motion
 from hydrosim.scene import Body, Question, Weight
@@ -55,12 +54,9 @@ def ask_about_files(about: query.SceneContext) -> Iterator[query.Query]:
 def _ask_about_omitted_entries(
     about: query.SceneContext, question: Question
 ) -> Iterator[query.Query]:
-    for element in about.scene.forces.values():
-        for entry in element.left_out if isinstance(element, Catenary) else ():
-            if entry.question is question:
-                yield query.Query(
-                    entry.key, entry.found, entry.becomes, entry.advice, entry.refused
-                )
+    for entry in about.scene.left_out:
+        if entry.question is question:
+            yield query.Query(entry.key, entry.found, entry.becomes, entry.advice, entry.refused)
 
 
 def ask_about_softness(about: query.SceneContext) -> Iterator[query.Query]:

@@ -8,10 +8,11 @@ from math import inf
 import numpy as np
 
 from hydrosim.compile.questions import query
-from hydrosim.elements.line.catenary import Catenary, pieces_of_line
+from hydrosim.elements.line.catenary import pieces_of_line
 from hydrosim.elements.line.points import largest_strain
 from hydrosim.integrate.state import start_loads
 from hydrosim.scene import Body, Weight
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.force import strongest_breaking_load
 from hydrosim.scene.links import Spring, TwoPointElement

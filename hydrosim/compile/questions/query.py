@@ -19,6 +19,7 @@ import numpy as np
 
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
+from hydrosim.elements.line.hang import pieces_of_segments
 from hydrosim.integrate.dynamics import Model, motion_at
 from hydrosim.multibody.kinematics import Motion
 from hydrosim.scene.force import CHAIN, STEEL
@@ -26,9 +27,9 @@ from hydrosim.scene.scene import arrangement
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import DerivedData
-    from hydrosim.elements.line.catenary import Catenary
     from hydrosim.integrate.state import State
     from hydrosim.scene import Body, Environment, Scene
+    from hydrosim.scene.catenary import Catenary
     from hydrosim.water.components import WaveComponents
 
 MOST_DIGITS = 15  # that a number of double precision has
@@ -207,7 +208,9 @@ SAME_CHAIN = 0.03  # relative difference of EA
 def bar_diameters(line: Catenary, water: Environment) -> Iterator[float]:
     """Bar diameters [m] of those segments of a line whose weight and EA are those of chain."""
     buoyant = water.gravity * (1.0 - water.water_density / STEEL)
-    for weight, stiffness in zip(line.weight, line.stiffness, strict=True):
+    for piece in pieces_of_segments(line.segments):
+        weight = piece["weight"]
+        stiffness = piece["stiffness"]
         for mass_factor, stiffness_factor in CHAIN.values():
             usual = stiffness_factor * weight / (buoyant * mass_factor)
             if abs(usual - stiffness) < SAME_CHAIN * stiffness:

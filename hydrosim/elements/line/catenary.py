@@ -29,8 +29,7 @@ the line lies in one vertical plane. With small angles lever arms stay as they a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from math import inf, nan, sqrt
 from typing import NamedTuple
 
@@ -39,8 +38,8 @@ import numpy as np
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
-from hydrosim.elements.line.hang import SuspendedLine, branch_at, branch_law, new_pieces
-from hydrosim.elements.signal import SIGNAL, compile_signals, value
+from hydrosim.elements.line.hang import SuspendedLine, branch_at, branch_law, pieces_of_segments
+from hydrosim.elements.signal import SIGNAL, compile_signals, first_value, value
 from hydrosim.elements.signal import rate as signal_rate
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
@@ -57,9 +56,9 @@ from hydrosim.modes import (
 )
 from hydrosim.multibody.kinematics import LINE_PIECE, add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import cross, dot, scale, sub, vector
-from hydrosim.scene import ForceElement, OmittedEntry
-from hydrosim.scene.links import TwoPointElement
-from hydrosim.scene.signal import Signal, constant
+from hydrosim.scene import ForceElement
+from hydrosim.scene.catenary import Catenary
+from hydrosim.scene.signal import constant
 from hydrosim.water.current import current_at, mean_current
 
 TAUT_LINE = UNDEFINED + 1
@@ -87,42 +86,6 @@ SHARP_KINK = (
     1e-3  # of the tension: what a kink adds to the trapezoidal sum of the stiffness, at least
 )
 NEARLY_SLACK = shape.MAX_SLACK_PULL  # of the weight: horizontal pull below which slack may be near
-
-
-@dataclass(frozen=True, eq=False)
-class Catenary(TwoPointElement):
-    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
-
-    Segments (n,) from the fairlead to the anchor: unstretched ``length`` [m], ``weight`` in water
-    [N/m], ``stiffness`` EA [N], ``hung`` [N] at the lower end (weight of a clump above 0, lift of a
-    buoy below 0), ``drag_width`` [m], drag coefficient times diameter. ``friction`` is the
-    coefficient of the seabed, None without a seabed. ``paid`` is the length of segment ``paying``
-    over time [m]. ``curves`` (2, k) are stretches and tensions [N] of segments by their number, in
-    place of EA, which is that without tension. ``left_out`` is what its file says and the line has
-    not.
-    """
-
-    length: np.ndarray
-    weight: np.ndarray
-    stiffness: np.ndarray
-    hung: np.ndarray
-    drag_width: np.ndarray
-    friction: float | None = None
-    paid: Signal | None = None
-    paying: int = NO_INDEX
-    curves: Mapping[int, np.ndarray] = field(default_factory=dict, kw_only=True)
-    capacity: float | None = field(default=None, kw_only=True)
-    left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
-
-    def dragging_streams(self) -> Collection[str]:
-        return ("current",) if np.any(self.drag_width) else ()
-
-    def can_add_energy(self) -> bool:
-        return bool(self.friction) or self.paid is not None or bool(np.any(self.drag_width))
-
-    def signals(self) -> Iterator[tuple[str, Signal]]:
-        if self.paid is not None:
-            yield f"segments[{self.paying}].length", self.paid
 
 
 CATENARY = np.dtype(
@@ -180,13 +143,14 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
     first = 0
     for (name, e), signal in zip(catenaries.items(), signals, strict=True):
         anchor, bed = _anchor_and_bed(name, e, layout)
-        last = first + e.length.size
+        last = first + len(e.segments)
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
         ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
         friction = e.friction or 0.0
         drag = (e.drag_width.max(), 0.0, 0.0, _current_on(e, layout))
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
-        paid = (e.paying, signal, friction == 0.0, datum)
+        paying = NO_INDEX if e.paid is None else 0
+        paid = (paying, signal, friction == 0.0, datum)
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
         pieces.append(pieces_of_line(e))
         first = last
@@ -209,8 +173,11 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
 
 
 def pieces_of_line(line: Catenary) -> np.ndarray:
-    """The segments, of `LINE_PIECE`."""
-    return new_pieces(line.length, line.weight, line.stiffness, line.hung, line.curves)
+    """The segments, of `LINE_PIECE`, with the lengths at the start of the run."""
+    pieces = pieces_of_segments(line.segments)
+    if line.paid is not None:
+        pieces["length"][0] = first_value(line.paid)
+    return pieces
 
 
 def _anchor_and_bed(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:

@@ -39,7 +39,7 @@ move with H and V, but eps is continuous there, so the derivatives are sums over
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import log, log1p, sqrt
 from typing import NamedTuple
 
@@ -47,6 +47,7 @@ import numpy as np
 
 from hydrosim.jit.kernels import kernel, root_giving
 from hydrosim.multibody.kinematics import LINE_PIECE, MAX_CORNERS
+from hydrosim.scene.catenary import Segment, StretchCurve
 
 STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
 UNIT_ROUNDING = 4e-16
@@ -174,6 +175,26 @@ def new_pieces(
         piece["offset"][: bends.size] = e - T / EA
         piece["energy"][: bends.size] = complementary - e * T + 0.5 * T * T / EA
     return pieces
+
+
+def pieces_of_segments(segments: Sequence[Segment]) -> np.ndarray:
+    """Pieces (n,) of `LINE_PIECE` of the segments of a line; a length over time is left at 0."""
+    curves = {
+        i: np.array([law.stretch, law.tension])
+        for i, law in enumerate(segment.stiffness for segment in segments)
+        if isinstance(law, StretchCurve)
+    }
+    columns = [
+        (
+            s.length if isinstance(s.length, float) else 0.0,
+            s.weight,
+            s.stiffness if isinstance(s.stiffness, float) else 0.0,
+            s.hung,
+        )
+        for s in segments
+    ]
+    length, weight, stiffness, hung = np.array(columns, float).T
+    return new_pieces(length, weight, stiffness, hung, curves)
 
 
 @kernel

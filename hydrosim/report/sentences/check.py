@@ -22,7 +22,6 @@ from hydrosim.compile.restart import resumed_state, started_from
 from hydrosim.compile.waves import add_waves
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.elements.drive import Drive
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.viscous_roll import EDDIES, VISCOUS_ROLL_KIND
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
@@ -36,6 +35,7 @@ from hydrosim.linear.stability import StepLimit, Watch, without_progress
 from hydrosim.report.sentences.run import radiation_verdict
 from hydrosim.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Joint, Scene, Weight
+from hydrosim.scene.catenary import Catenary
 from hydrosim.scene.damping import ViscousRoll
 from hydrosim.scene.joint import MotionKind, Rod
 from hydrosim.scene.links import TwoPointElement

@@ -12,6 +12,7 @@ from scenes import (
     ROOT,
     assert_continues,
     block,
+    catenary_of,
     mooring,
     moving,
     observed_orders,
@@ -49,10 +50,8 @@ def line(
     **more: Any,
 ) -> Catenary:
     """A catenary from the block, without drag."""
-    nothing = np.zeros(len(length))
-    arrays = [np.array(x, float) for x in (length, weight, stiffness)]
-    arrays += [nothing if hung is None else np.array(hung, float), nothing]
-    return Catenary("block", tuple(point), tuple(anchor), *arrays, friction, **more)
+    columns = (length, weight, stiffness, hung or 0.0)
+    return catenary_of("block", point, anchor, *columns, friction=friction, **more)
 
 
 def lines(friction: float = 0.0) -> dict[str, Catenary]:
@@ -262,7 +261,7 @@ def test_a_fairlead_on_a_circle(sense: float, CB: float, validated) -> None:
 def test_a_line_that_is_paid_out() -> None:
     """The work of the pay-out closes the ledger, and the tension is that of the length."""
     paid = Table(np.array([0.0, 2.0, 5.0]), np.array([30.0, 30.0, 36.0]))
-    run = hs.simulate(between(6.0, paid=paid, paying=0))
+    run = hs.simulate(between(6.0, paid=paid))
     assert np.abs(run.energy_residual).max() < 1e-8 * float(run.energy_kinetic.max())
     length = np.interp(run.time.values[-1], paid.time, paid.value)
     still = between(0.2)
@@ -271,7 +270,8 @@ def test_a_line_that_is_paid_out() -> None:
         replace(body, position=tuple(run.position.values[-1, b]), velocity=(0.0,) * 6)
         for b, body in enumerate(still.bodies)
     ]
-    tow = replace(tow, length=np.array([length, 26.0]))
+    paid_out = replace(tow.segments[0], length=length)
+    tow = replace(tow, segments=(paid_out, *tow.segments[1:]))
     there = hs.simulate(replace(still, bodies=tuple(bodies), forces={"tow": tow}))
     tension = float(run.line_tension[-1, 0])
     assert float(there.line_tension[0, 0]) == pytest.approx(tension, rel=1e-9)
@@ -300,7 +300,7 @@ def test_a_line_parts_at_its_tension() -> None:
     ("changes", "said"),
     [
         ({"anchor": (110.0, 0.0, -60.0)}, "below the seabed"),
-        ({"length": np.array([60.0])}, "stretch"),
+        ({"segments": [hs.Segment(60.0, 1e3, 4e7)]}, "stretch"),
     ],
 )
 def test_lines_that_cannot_be_are_refused(changes: dict[str, object], said: str) -> None:

@@ -11,14 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 import yaml
-from scenes import assert_continues, block, mooring, moving, scene
+from scenes import assert_continues, block, catenary_of, mooring, moving, scene
 from scipy.integrate import quad, quad_vec
 from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.analysis.line import lines_of_system
 from hydrosim.case.lines.chains import case_keys, read_mooring_system
-from hydrosim.elements import Catenary
 from hydrosim.elements.line.hang import SuspendedLine, new_pieces
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.search import length_rates, stiffness, stored_energy
@@ -336,7 +335,7 @@ def roped(step: float, duration: float = 12.0, **changes: Any) -> Scene:
     tail = np.array([[0.0, 0.05, 0.1, 0.2], [0.0, 2e5, 6e5, 2.5e6]])
     ends = {"ahead": (1.0, 0.0), "astern": (-1.0, 0.1), "abeam": (0.0, 1.0)}
     forces = {
-        name: Catenary(
+        name: catenary_of(
             "block",
             point=(10.0 * x, 5.0 * y, -2.0),
             anchor=(110.0 * x, 104.0 * y, -DEPTH),
@@ -344,7 +343,6 @@ def roped(step: float, duration: float = 12.0, **changes: Any) -> Scene:
             weight=np.array([2.0, 300.0]),
             stiffness=np.array([4e6, 4e8]),
             hung=np.array([2e2, 0.0]),
-            drag_width=np.zeros(2),
             friction=0.0,
             curves={0: tail},
         )
@@ -386,8 +384,7 @@ def test_linear_stiffness_is_the_tangent() -> None:
     at, mass = line.of(stiffness), 1e4
     columns = [line.pieces[name] for name in ("length", "weight", "stiffness", "hung")]
     anchor = (line.x, 0.0, -line.z)
-    width = 0.0 * columns[0]
-    rope = Catenary("block", (0.0, 0.0, 0.0), anchor, *columns, width, curves=line.curves)
+    rope = catenary_of("block", (0.0, 0.0, 0.0), anchor, *columns, curves=line.curves)
     case = scene(block(mass, ("surge",)), {"rope": rope}, 1.0, 0.1)
     modes = natural_modes(linearise(*hs.compile_scene(case)))
     assert modes[0].natural_period == pytest.approx(2.0 * pi * np.sqrt(mass / at[0]), rel=1e-9)
