@@ -3,117 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import field
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, StrictBool, StrictStr, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, StrictStr, Tag
 
 from hydrosim import scene
 from hydrosim.errors import InputError
-from hydrosim.files import quantities as of
 from hydrosim.files.messages import fields_of
 from hydrosim.files.quantities import MeshKeys, SchemaModel
+from hydrosim.files.schema_class import schema_class
 from hydrosim.files.units import Quantity, problem
-from hydrosim.scene import Coefficients, FrequencyColumn, Hull, Without
-from hydrosim.scene.hydrodynamics import key_of
+from hydrosim.scene import ChangedDatabase, Coefficients, Hull
 
 Place = Callable[[str], Path]
-Volume = Annotated[float, Quantity("volume", "m^3", "1000 m^3", above=0)]
 Draught = Annotated[float, Quantity("draught", "m", "12.4 m", above=0)]
 
 
-def _read_points(value: Any) -> Any:
-    """A point of one body as a list of one."""
-    return value if isinstance(value, list) and value and isinstance(value[0], list) else [value]
-
-
-Points = Annotated[tuple[of.Point, ...], of.one_or_more(of.Point, _read_points)]
-Volumes = Annotated[tuple[Volume, ...], of.one_or_more(Volume)]
-
-
-class DatabaseFile(SchemaModel):
-    """A database in a ``file``: values that the file lacks, and changes to it."""
-
-    file: StrictStr
-    """Database file, relative to the case file. Example: ../hydro_db/barge.nc."""
-    density: of.Density | None = None
-    """Water density of the database, where the file does not hold it."""
-    gravity: of.Gravity | None = None
-    """Gravity of the database, where the file does not hold it."""
-    depth: of.Depth | None = None
-    """Water depth of the database, where the file does not hold it."""
-    length: of.LineLength | None = None
-    """Length that the file's values are made dimensionless with (WAMIT's ULEN)."""
-    volume: Volumes | None = None
-    """Displaced volume of the hull, or a list with one of each body."""
-    centre_of_buoyancy: Points | None = None
-    """Centre of buoyancy in the database's frame, or a list with one of each body."""
-    centre_of_gravity: Points | None = None
-    """Centre of gravity that the database was computed with, or a list with one of each body."""
-    reference_point: Points | None = None
-    """Point that moments and motions of the file are about, or a list with one of each body."""
-    frequency_column: FrequencyColumn | None = None
-    """Kind of the frequency column in the file's tables."""
-    symmetric: StrictBool | None = None
-    """Whether the hull is its own mirror image, port and starboard."""
-    accept: tuple[StrictStr, ...] = ()
-    """Names of findings of the database check that are accepted. Example: [positive damping]."""
-    frequencies: tuple[of.TableFrequency, of.TableFrequency] | None = None
-    """Lowest and highest frequency that are used. Example: [0 rad/s, 3 rad/s]."""
-    symmetrise: StrictBool = False
-    """Whether matrices are made symmetric and values that symmetry forbids are removed."""
-    without: tuple[Without, ...] = ()
-    """Parts of the database that are left out."""
-    bodies_apart: StrictBool = False
-    """Whether each body of the database is taken by itself, with the others held."""
-    draught: StrictStr | None = None
-    """Name of one of several draughts in the file. Example: draught_6m."""
-
-    @model_validator(mode="after")
-    def _check_range(self) -> Self:
-        if self.frequencies is not None and not self.frequencies[0] < self.frequencies[1]:
-            range_text = "frequencies {:g} to {:g} rad/s".format(*self.frequencies)
-            raise problem(range_text, "the lower one first")
-        return self
-
-    def build(self, place: Place) -> scene.ChangedDatabase:
-        """As a scene has it."""
-        changes = {item.name: getattr(self, item.name) for item in fields(scene.Changes)}
-        given = {
-            item.name: _flatten(getattr(self, key_of(item.name))) for item in fields(scene.Given)
-        }
-        return scene.ChangedDatabase(
-            place(self.file), scene.Changes(**changes), scene.Given(**given)
-        )
-
-
-def _flatten(value: Any) -> Any:
-    """Points one after the other."""
-    nested = isinstance(value, tuple) and value and isinstance(value[0], tuple)
-    return tuple(x for point in value for x in point) if nested else value
-
-
-class MemberFile(DatabaseFile):
+@schema_class
+class MemberFile(ChangedDatabase):
     """The database of one ``draught`` of a hull."""
 
-    draught: Draught  # type: ignore[assignment]
+    draught: Draught = field(kw_only=True)  # type: ignore[assignment]
     """Draught that this database of the hull was computed at."""
 
     def build_member(self, place: Place) -> scene.AtDraught:
         """As a scene has it."""
-        unnamed = self.model_copy(update={"draught": None})
-        built = DatabaseFile.build(unnamed, place)
-        plain = built == scene.ChangedDatabase(built.source)
+        built = place_database(self, place, draught=None)
+        plain = built == ChangedDatabase(source=built.source)
         return scene.AtDraught(self.draught, built.source if plain else built)
+
+
+def place_database(read: ChangedDatabase, place: Place, **values: Any) -> ChangedDatabase:
+    """A database of a case with the place of its file, and other ``values``."""
+    source = place(str(read.source))
+    return ChangedDatabase.build_from(read, source=source, **values)
 
 
 def _database_form(value: object) -> str:
     """Tag of what is read, or of what was read and is written again."""
     if isinstance(value, Coefficients):
         return "numbers"
-    if isinstance(value, DatabaseFile):
+    if isinstance(value, ChangedDatabase):
         return "changed"
     if isinstance(value, list | tuple):
         return "family"
@@ -125,7 +58,7 @@ def _database_form(value: object) -> str:
 
 Hydrodynamics = Annotated[
     Annotated[StrictStr, Tag("plain")]
-    | Annotated[DatabaseFile, Tag("changed")]
+    | Annotated[ChangedDatabase, Tag("changed")]
     | Annotated[tuple[MemberFile, ...], Tag("family")]
     | Annotated[Coefficients, Tag("numbers")],
     Discriminator(_database_form),
@@ -137,17 +70,17 @@ def files_of(value: Any) -> list[tuple[tuple[str | int, ...], str]]:
     match value:
         case str():
             return [((), value)]
-        case DatabaseFile():
-            return [(("file",), value.file)]
+        case ChangedDatabase():
+            return [(("file",), str(value.source))]
         case tuple():
-            return [((k, "file"), member.file) for k, member in enumerate(value)]
+            return [((k, "file"), str(member.source)) for k, member in enumerate(value)]
     return []
 
 
 def accepted_of(value: Any) -> list[tuple[tuple[str | int, ...], str]]:
     """The findings that are accepted, with the keys to them."""
     match value:
-        case DatabaseFile():
+        case ChangedDatabase():
             return [(("accept", k), finding) for k, finding in enumerate(value.accept)]
         case tuple():
             return [
@@ -164,7 +97,7 @@ def build_hydrodynamics(value: Any, place: Place) -> Any:
         return scene.Family(tuple(member.build_member(place) for member in value))
     if isinstance(value, Coefficients):
         return value
-    return place(value) if isinstance(value, str) else value.build(place)
+    return place(value) if isinstance(value, str) else place_database(value, place)
 
 
 # `hydrostatics` of a body: the matrix of its database, or a closed hull.

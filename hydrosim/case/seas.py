@@ -79,7 +79,7 @@ def _wave_component(
     """A component with these values, which are checked as those in a case file are."""
     readers: dict[int | str, Any] = {}
     try:
-        component: Component = Component.type_adapter().validate_python(values, context=readers)
+        component: Component = Component.model_validate(values, context=readers)
     except ValidationError as error:
         problem = next(validation_problems(error, values, readers))
         source.wrong(": ".join([*map(str, problem.keys), problem.text]), line)

@@ -47,9 +47,9 @@ def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
     from hydrosim.report.sentences.database import contents
 
     asked = given_database(file, given)
-    db = read(file, asked.given)
+    db = read(file, asked)
     show_document(contents(db, recognise(file)[0].NAME))
-    print_lines(*_database_caveats(db, asked.given))
+    print_lines(*_database_caveats(db, asked))
 
 
 @app.command(cls=Command)
@@ -77,11 +77,11 @@ def check(
 
     drawn = None if output is None else _picture_output(output, file, overwrite)
     asked = given_database(file, given)
-    db = read(file, asked.given)
+    db = read(file, asked)
     findings = findings_of(db)
     refused = any(finding.is_refused for finding in findings)
     show_document(verdicts(db, findings))
-    print_lines(*_database_caveats(db, asked.given))
+    print_lines(*_database_caveats(db, asked))
     if drawn is not None:
         from hydrosim.report.charts.database import draw_database
 
@@ -107,7 +107,7 @@ def convert(
     from hydrosim.files.arguments import output_for
 
     asked = given_database(file, given)
-    if format_of(out) != ".nc" and asked.changes.accept:
+    if format_of(out) != ".nc" and asked.accept:
         raise InputError(
             f"--given accept: {out} cannot store accepted findings; expected an .nc file."
         )
@@ -116,10 +116,10 @@ def convert(
     assert output is not None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        db = load(file, asked.given, asked.changes)
+        db = load(file, asked, asked)
         files = write(db, output)
     print_lines(
-        *(f"warning   {warning.message}" for warning in caught), *_database_caveats(db, asked.given)
+        *(f"warning   {warning.message}" for warning in caught), *_database_caveats(db, asked)
     )
     print_lines(*(f"result    {path}" for path in files))
 
@@ -162,11 +162,11 @@ def kernel(
     assert made is not None
     page = made.output_at(made.path.with_suffix(".png"), "picture").checked_output()
     asked = given_database(file, given)
-    db = read(file, asked.given)
+    db = read(file, asked)
     time, functions, report = kernels(db, end, step)
     write_table(db, time, functions, made)
     draw_kernels(db.attributes.get("title", file.name), time, functions, page)
-    print_lines(report, *_database_caveats(db, asked.given), f"result    {made.path}, {page.path}")
+    print_lines(report, *_database_caveats(db, asked), f"result    {made.path}, {page.path}")
 
 
 @app.command(cls=Command)

@@ -144,10 +144,10 @@ FILE_LABELS = {".nc": "result", ".yaml": "keys", ".yml": "keys"}
 def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     """Database in a ``file``, with the ``given`` texts KEY=VALUE, whose keys are those under
     `hydrodynamics` in a case. Raises InputError that names the option."""
-    from hydrosim.case.hydrodynamics import DatabaseFile
     from hydrosim.files.layers import apply_setting
     from hydrosim.files.messages import validate_document
     from hydrosim.files.yaml_nodes import COMMAND_LINE_PREFIX, compose_nodes
+    from hydrosim.scene import ChangedDatabase
 
     document = compose_nodes(json.dumps({"file": str(file)}), COMMAND_LINE_PREFIX)
     assert document is not None
@@ -158,7 +158,7 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
                 " the argument."
             )
         document = apply_setting(document, setting, COMMAND_LINE_PREFIX)
-    return validate_document(document, DatabaseFile).build(lambda _: file)
+    return validate_document(document, ChangedDatabase)
 
 
 # Results that a command shows: people may have changed such files.

@@ -101,8 +101,7 @@ def open_database(
     Raises InputError if it cannot be read or changed, or if its frequencies or headings are out of
     order."""
     if isinstance(source, scenes.ChangedDatabase):
-        given = replace(source.given, frequencies=source.changes.frequencies)
-        return apply_changes(open_database(source.source, given), source.changes)
+        return apply_changes(open_database(source.source, source), source)
     if isinstance(source, Path):
         return checks.require_ascending(_check_given(read(source, given), given))
     if isinstance(source, HydroDatabase):

@@ -436,7 +436,8 @@ def _value_at(data: Any, keys: Keys) -> Any:
 
 # `validate_document`: a YAML file as a pydantic model, or an error about every mistake.
 
-M = TypeVar("M", bound=BaseModel)
+M = TypeVar("M")
+"""A model of pydantic, or a class of `hydrosim.files.schema_class`."""
 Further = Callable[[M], Iterable[Problem]]
 
 MOST_TOLD = 15  # problems in one error: nobody reads more, and a list may have thousands
@@ -451,7 +452,7 @@ def validate_document(document: Node, model: type[M], further: Further[M] = lamb
     raw = plain_values(document)
     readers: dict[int | str, Any] = {}
     try:
-        data = model.model_validate(raw, context=readers)
+        data: M = model.model_validate(raw, context=readers)  # type: ignore[attr-defined]
     except ValidationError as error:
         empty = [
             empty_value

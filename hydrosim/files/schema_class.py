@@ -181,6 +181,12 @@ class SchemaClass(EqualByValue, metaclass=CheckedClass):
         return adapter
 
     @classmethod
+    def model_validate(cls, value: Any, *, context: Any = None) -> Self:
+        """One with the keys of a mapping, as of pydantic's models."""
+        made: Self = cls.type_adapter().validate_python(value, context=context)
+        return made
+
+    @classmethod
     def schema_fields(cls) -> dict[str, FieldInfo]:
         """Its fields by their names, in the order of their declaration."""
         if "fields" not in cls._schema:
@@ -398,9 +404,7 @@ class ByKind:
             if not isinstance(kind, str) or kind not in kinds:
                 raise PydanticKnownError("union_tag_invalid", about | {"tag": str(kind)})
             cls = kinds[kind]
-            if issubclass(cls, pydantic.BaseModel):
-                return cls.model_validate(value, context=info.context)
-            return cls.type_adapter().validate_python(value, context=info.context)
+            return cls.model_validate(value, context=info.context)
 
         union = core_schema.with_info_plain_validator_function(
             read,

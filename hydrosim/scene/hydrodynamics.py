@@ -9,12 +9,22 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, get_args
 
 import numpy as np
-from pydantic import BeforeValidator, ConfigDict, Discriminator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    StrictBool,
+    StrictStr,
+    model_validator,
+)
 
 from hydrosim.files import quantities as of
 from hydrosim.files.key_rules import at_least_one
 from hydrosim.files.schema_class import EqualByValue, ReadAs, SchemaClass, schema_class
-from hydrosim.files.units import problem
+from hydrosim.files.units import Quantity, problem
+from hydrosim.scene.environment import WaterDepth
 
 # Models for the memory of radiated waves.
 
@@ -152,28 +162,72 @@ class FrequencyColumn(StrEnum):
     WAVENUMBER = "wavenumber"  # wavenumber in this water depth, times the length
 
 
-@dataclass(frozen=True)
-class Given:
-    """Values in SI units and the database's frame; None where the file must give them.
+def _read_points(value: Any) -> Any:
+    """A point of one body as a list of one."""
+    return value if isinstance(value, list) and value and isinstance(value[0], list) else [value]
 
-    ``length`` is the length by which a program divides (WAMIT's ULEN). Points are of one body or,
-    for several bodies, one after the other. ``draught`` is the name of one of several draughts in a
-    file. ``frequencies`` [rad/s] are the lowest and highest that are used: others need no numbers.
-    Readers use the values that they need.
-    """
 
-    length: float | None = None
-    water_density: float | None = None
-    gravity: float | None = None
-    water_depth: float | None = None
-    volume: tuple[float, ...] | None = None
-    centre_of_buoyancy: tuple[float, ...] | None = None
-    centre_of_gravity: tuple[float, ...] | None = None
-    reference_point: tuple[float, ...] | None = None
+def _is_flat(value: Any) -> bool:
+    """True for the numbers of points, one after the other."""
+    return value is None or (isinstance(value, tuple) and isinstance(value[0], int | float))
+
+
+Points = Annotated[
+    tuple[float, ...] | None,
+    ReadAs(
+        Annotated[tuple[of.Point, ...], of.one_or_more(of.Point, _read_points)] | None,
+        _is_flat,
+        lambda points: tuple(x for point in points for x in point),
+    ),
+]
+Volume = Annotated[float, Quantity("volume", "m^3", "1000 m^3", above=0)]
+Frequencies = tuple[of.TableFrequency, of.TableFrequency]
+
+
+def _require_range(frequencies: Frequencies | None) -> Frequencies | None:
+    if frequencies is not None and not frequencies[0] < frequencies[1]:
+        range_text = "frequencies {:g} to {:g} rad/s".format(*frequencies)
+        raise problem(range_text, "the lower one first")
+    return frequencies
+
+
+FrequencyRange = Annotated[Frequencies | None, AfterValidator(_require_range)]
+
+
+@schema_class
+class Given(SchemaClass):
+    """Values in the database's frame that a file lacks; those that it has must agree. Points of
+    several bodies are one after the other. Readers use the values that they need."""
+
+    water_density: Annotated[of.Density | None, Field(alias="density")] = None
+    """Water density of the database, where the file does not hold it."""
+    gravity: of.Gravity | None = None
+    """Gravity of the database, where the file does not hold it."""
+    water_depth: Annotated[WaterDepth | None, Field(alias="depth")] = None
+    """Water depth of the database, where the file does not hold it."""
+    length: of.LineLength | None = None
+    """Length that the file's values are made dimensionless with (WAMIT's ULEN)."""
+    volume: Annotated[tuple[Volume, ...], of.one_or_more(Volume)] | None = None
+    """Displaced volume of the hull, or a list with one of each body."""
+    centre_of_buoyancy: Points = None
+    """Centre of buoyancy in the database's frame, or a list with one of each body."""
+    centre_of_gravity: Points = None
+    """Centre of gravity that the database was computed with, or a list with one of each body."""
+    reference_point: Points = None
+    """Point that moments and motions of the file are about, or a list with one of each body."""
     frequency_column: FrequencyColumn | None = None
-    port_starboard_symmetric: bool | None = None
-    draught: str | None = None
-    frequencies: tuple[float, float] | None = None
+    """Kind of the frequency column in the file's tables."""
+    port_starboard_symmetric: Annotated[StrictBool | None, Field(alias="symmetric")] = None
+    """Whether the hull is its own mirror image, port and starboard."""
+    frequencies: FrequencyRange = None
+    """Lowest and highest frequency that are used: others need no numbers. Example: [0 rad/s, 3
+    rad/s]."""
+    draught: StrictStr | None = None
+    """Name of one of several draughts in the file. Example: draught_6m."""
+
+    def replaced(self, **values: Any) -> Given:
+        """The same with values of a file, which its reader checks."""
+        return Given.build_from(self, **values)
 
 
 NOTHING_GIVEN = Given()
@@ -181,7 +235,7 @@ NOTHING_GIVEN = Given()
 
 def key_of(item: str) -> str:
     """Name of an item in a case; the same after --given."""
-    return {"port_starboard_symmetric": "symmetric"}.get(item, item.removeprefix("water_"))
+    return Given.schema_fields()[item].alias or item
 
 
 def first_given(*sources: Given) -> Given:
@@ -190,7 +244,7 @@ def first_given(*sources: Given) -> Given:
     for item in fields(Given):
         values = (getattr(source, item.name) for source in sources)
         chosen[item.name] = next((value for value in values if value is not None), None)
-    return Given(**chosen)
+    return NOTHING_GIVEN.replaced(**chosen)
 
 
 class Hydrodynamics(Protocol):
@@ -212,31 +266,36 @@ class Without(StrEnum):
     LOADS = "loads"
 
 
-@dataclass(frozen=True)
-class Changes:
-    """Changes applied to a database after reading, and recorded in its attributes.
+@schema_class
+class Changes(SchemaClass):
+    """Changes applied to a database after reading, and recorded in its attributes."""
 
-    ``accept`` names findings of its checks that do not refuse it. ``frequencies`` [rad/s] are the
-    lowest and highest that are kept. ``symmetrise`` makes matrices symmetric and removes entries
-    that mirror symmetry forbids. ``without`` leaves parts out. ``bodies_apart`` takes each body by
-    itself, with the others held.
-    """
-
-    accept: tuple[str, ...] = ()
-    frequencies: tuple[float, float] | None = None
-    symmetrise: bool = False
+    accept: tuple[StrictStr, ...] = ()
+    """Names of findings of the database check that are accepted. Example: [positive damping]."""
+    frequencies: FrequencyRange = None
+    """Lowest and highest frequency that are used. Example: [0 rad/s, 3 rad/s]."""
+    symmetrise: StrictBool = False
+    """Whether matrices are made symmetric and values that symmetry forbids are removed."""
     without: tuple[Without, ...] = ()
-    bodies_apart: bool = False
+    """Parts of the database that are left out."""
+    bodies_apart: StrictBool = False
+    """Whether each body of the database is taken by itself, with the others held."""
 
 
-@dataclass(frozen=True)
-class ChangedDatabase:
-    """A database, or its file, with ``changes``; ``given`` holds values that are missing in the
-    file."""
+@schema_class
+class ChangedDatabase(Changes, Given):
+    """A database in a ``file``: values that the file lacks, and changes to it. In Python it may be
+    in memory."""
 
-    source: Hydrodynamics | Path
-    changes: Changes = Changes()
-    given: Given = NOTHING_GIVEN
+    own_keys_first: ClassVar[bool] = True
+    positional: ClassVar[tuple[str, ...]] = ("source",)
+
+    source: Annotated[
+        Hydrodynamics | Path,
+        ReadAs(StrictStr, lambda value: not isinstance(value, str), Path),
+        Field(alias="file"),
+    ] = field(kw_only=True)
+    """Database file, relative to the case file. Example: ../hydro_db/barge.nc."""
 
 
 AddedMassMatrix = Annotated[np.ndarray, ReadAs(of.AddedMassMatrix | None, np.ndarray, of.as_matrix)]

@@ -174,8 +174,8 @@ def test_a_body_that_turns_about_another_point_moves_that_of_the_database(height
 @pytest.mark.parametrize(
     ("changes", "name", "said"),
     [
-        (Changes(accept=("positive damping",)), "accepted", "positive damping"),
-        (Changes(frequencies=(0.0, 2.1)), "changed", "only frequencies 0 to 2.1 rad/s"),
+        ({"accept": ("positive damping",)}, "accepted", "positive damping"),
+        ({"frequencies": (0.0, 2.1)}, "changed", "only frequencies 0 to 2.1 rad/s"),
     ],
 )
 def test_ways_past_a_refusal_are_recorded(changes, name, said) -> None:
@@ -183,7 +183,7 @@ def test_ways_past_a_refusal_are_recorded(changes, name, said) -> None:
     calm = in_waves(barge(bad, ("heave",)))
     with pytest.raises(InputError, match="positive damping"):
         compile_scene(calm)
-    run = hs.simulate(with_body(calm, hydrodynamics=ChangedDatabase(bad, changes)))
+    run = hs.simulate(with_body(calm, hydrodynamics=ChangedDatabase(bad, **changes)))
     assert run.attrs[f"database_{name}_barge"] == said
     assert (", accepted" in run.attrs.get("warnings", "")) == (name == "accepted")
 
@@ -200,7 +200,7 @@ def test_symmetrising_mends_noise_and_nothing_else(two) -> None:
 
 def test_bodies_apart_are_by_themselves(two) -> None:
     """One alone at another place as in its own database; both as with zero coupling."""
-    apart = ChangedDatabase(two, Changes(bodies_apart=True))
+    apart = ChangedDatabase(two, bodies_apart=True)
     own = body_of(two, 1)
     scene = pair(two, ("heave",))
     second = replace(scene.bodies[1], location=(30.0, 5.0))

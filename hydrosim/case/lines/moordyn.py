@@ -187,7 +187,7 @@ def _read_stiffness(
         source.wrong(f"found {table.shape[1]} columns; expected stretch and tension")
     keys = dict(zip(("stretch", "tension"), table.T.tolist(), strict=True))
     try:
-        return StretchCurve.type_adapter().validate_python(keys)
+        return StretchCurve.model_validate(keys)
     except ValidationError as error:
         source.wrong(error.errors()[0]["msg"])
 

@@ -154,7 +154,9 @@ def water_of(text: Text) -> Given:
             f" {depth:g} in the head",
             "those of water in SI units",
         )
-    return Given(length=length, water_density=density, gravity=gravity, water_depth=depth)
+    return NOTHING_GIVEN.replaced(
+        length=length, water_density=density, gravity=gravity, water_depth=depth
+    )
 
 
 def numbers_after(text: Text, words: str, count: int) -> list[float]:

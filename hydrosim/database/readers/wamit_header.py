@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,7 @@ def main_output(path: Path) -> Given:
             f"{path}: XBODY, YBODY and ZBODY have different counts; is the file incomplete?"
         )
     flat = tuple(x for point in zip(*points, strict=True) for (x,) in point)
-    water = Given(
+    water = NOTHING_GIVEN.replaced(
         water_depth=_single_value(_read_items(path, lines, "Water depth:", 1)),
         water_density=_single_value(_read_items(path, lines, "Water density:", 1)),
         reference_point=flat or None,
@@ -58,7 +57,7 @@ def control_file(path: Path) -> Given:
             " reference points and the depth."
         )
     _check_unturned(path, [place[3] for place in places])
-    return Given(
+    return NOTHING_GIVEN.replaced(
         water_depth=stream[0] if stream[0] > 0 else math.inf,
         reference_point=tuple(x for place in places for x in place[:3]),
     )
@@ -93,8 +92,7 @@ def matrix_file(path: Path) -> Given:
 
 def _read_bodies(path: Path, lines: list[str], particulars: Given) -> Given:
     volumes = _read_items(path, lines, "(VOLX,VOLY,VOLZ):", 3)
-    return replace(
-        particulars,
+    return particulars.replaced(
         gravity=_single_value(_read_items(path, lines, _GRAVITY, 1)),
         length=_single_value(_read_items(path, lines, "Length scale:", 1)),
         # WAMIT integrates the volume in three ways; its users take the median.
@@ -111,7 +109,7 @@ def geometry_file(path: Path) -> Given:
     if len(numbers) < 2 or not all(math.isfinite(x) for x in numbers):
         line_text = repr(lines[1][:40]) if len(lines) > 1 else "nothing"
         raise InputError(f"{path}, line 2: found {line_text}, expected ULEN and GRAV.")
-    return Given(length=numbers[0], gravity=numbers[1])
+    return NOTHING_GIVEN.replaced(length=numbers[0], gravity=numbers[1])
 
 
 def inertia(path: Path, bodies: int, density: float) -> Real | None:

@@ -161,14 +161,14 @@ def test_frequencies_without_numbers_can_be_left_out(barge_set, barge, tmp_path,
     used = (float(omega[2]), float(omega[-1]))
     whole = apply_changes(read(stored(barge_set, tmp_path / "whole.nc")), Changes(frequencies=used))
     for db in (
-        open_database(ChangedDatabase(path, Changes(frequencies=used))),
+        open_database(ChangedDatabase(path, frequencies=used)),
         apply_changes(read(path, Given(frequencies=used)), Changes(frequencies=used)),
     ):
         assert db.checksum == whole.checksum
     with pytest.raises(InputError, match=range_said):
-        open_database(ChangedDatabase(path, Changes(frequencies=(float(omega[1]), used[1]))))
+        open_database(ChangedDatabase(path, frequencies=(float(omega[1]), used[1])))
     with pytest.raises(InputError):
-        open_database(ChangedDatabase(path, Changes(frequencies=(1e-9, 2e-9))))
+        open_database(ChangedDatabase(path, frequencies=(1e-9, 2e-9)))
 
 
 def test_limits_of_frequency(barge, barge_set, tmp_path):

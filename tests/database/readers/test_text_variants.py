@@ -161,7 +161,7 @@ def test_frequency_columns_of_wamit(
     for file in tmp_path.glob("hull.*"):
         if file.suffix not in (".hst", ".mmx"):
             file.write_bytes(by_frequency(file.read_bytes(), 9.81, wavenumber))
-    db = read(path, Given(**{**vars(given), "frequency_column": column if said else None}))
+    db = read(path, replace(given, frequency_column=column if said else None))
     np.testing.assert_allclose(db.frequency, expected.frequency, rtol=1e-12)
     np.testing.assert_array_equal(db.added_mass, expected.added_mass)
     np.testing.assert_allclose(db.excitation, expected.excitation, rtol=1e-12)
