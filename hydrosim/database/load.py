@@ -45,7 +45,7 @@ def load(
     Raises `InputError` if the file is missing, no database, incomplete, or so inconsistent that a
     sign, unit or convention must be wrong. Milder findings are warnings.
     """
-    given = given.replaced(frequencies=changes.frequencies)
+    given = given.with_values(frequencies=changes.frequencies)
     db = apply_changes(require_ascending(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(

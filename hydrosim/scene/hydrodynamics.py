@@ -225,7 +225,7 @@ class Given(SchemaClass):
     draught: StrictStr | None = None
     """Name of one of several draughts in the file. Example: draught_6m."""
 
-    def replaced(self, **values: Any) -> Given:
+    def with_values(self, **values: Any) -> Given:
         """The same with values of a file, which its reader checks."""
         return Given.build_from(self, **values)
 
@@ -244,7 +244,7 @@ def first_given(*sources: Given) -> Given:
     for item in fields(Given):
         values = (getattr(source, item.name) for source in sources)
         chosen[item.name] = next((value for value in values if value is not None), None)
-    return NOTHING_GIVEN.replaced(**chosen)
+    return NOTHING_GIVEN.with_values(**chosen)
 
 
 class Hydrodynamics(Protocol):

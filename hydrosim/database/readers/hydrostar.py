@@ -154,7 +154,7 @@ def water_of(text: Text) -> Given:
             f" {depth:g} in the head",
             "those of water in SI units",
         )
-    return NOTHING_GIVEN.replaced(
+    return NOTHING_GIVEN.with_values(
         length=length, water_density=density, gravity=gravity, water_depth=depth
     )
 

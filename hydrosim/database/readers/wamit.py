@@ -42,7 +42,9 @@ _NUMERIC = {".1", ".3fk", ".3sc", ".hst", ".mmx", *_EXCITATION, *_DRIFT, *_DIFFE
 _TEXT = {".out", ".pot", ".gdf"}
 
 _NOTHING = hydrodynamics.NOTHING_GIVEN
-_ASSUMED = _NOTHING.replaced(length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf)
+_ASSUMED = _NOTHING.with_values(
+    length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf
+)
 _FREQUENCY_RTOL = 1e-4  # relative difference of equal frequencies, printed with 5 to 7 digits
 _SAME_DEGREES = 1e-3
 _HIGHEST_INDEX = 6000
@@ -203,12 +205,12 @@ def _read_header(
         *(read(files[suffix]) for suffix, read in readers.items() if suffix in files)
     )
     origin = hydrodynamics.first_given(
-        file_facts, given, _NOTHING.replaced(reference_point=(0.0,) * 3 * bodies)
+        file_facts, given, _NOTHING.with_values(reference_point=(0.0,) * 3 * bodies)
     ).reference_point
     where = ", ".join(str(files[suffix]) for suffix in readers if suffix in files) or str(path)
     _check_units(where, hydrodynamics.first_given(file_facts, given, _ASSUMED))
     _check_bodies(where, file_facts, bodies)
-    file_facts = file_facts.replaced(
+    file_facts = file_facts.with_values(
         centre_of_buoyancy=_shift_points(file_facts.centre_of_buoyancy, origin),
         centre_of_gravity=_shift_points(file_facts.centre_of_gravity, origin),
     )
@@ -221,7 +223,7 @@ def _read_header(
     if facts.reference_point is None:
         assumed.append(hydrodynamics.ORIGIN_ASSUMED)
     return hydrodynamics.first_given(
-        facts, _ASSUMED, _NOTHING.replaced(reference_point=origin)
+        facts, _ASSUMED, _NOTHING.with_values(reference_point=origin)
     ), assumed
 
 

@@ -29,7 +29,7 @@ def main_output(path: Path) -> Given:
             f"{path}: XBODY, YBODY and ZBODY have different counts; is the file incomplete?"
         )
     flat = tuple(x for point in zip(*points, strict=True) for (x,) in point)
-    water = NOTHING_GIVEN.replaced(
+    water = NOTHING_GIVEN.with_values(
         water_depth=_single_value(_read_items(path, lines, "Water depth:", 1)),
         water_density=_single_value(_read_items(path, lines, "Water density:", 1)),
         reference_point=flat or None,
@@ -57,7 +57,7 @@ def control_file(path: Path) -> Given:
             " reference points and the depth."
         )
     _check_unturned(path, [place[3] for place in places])
-    return NOTHING_GIVEN.replaced(
+    return NOTHING_GIVEN.with_values(
         water_depth=stream[0] if stream[0] > 0 else math.inf,
         reference_point=tuple(x for place in places for x in place[:3]),
     )
@@ -92,7 +92,7 @@ def matrix_file(path: Path) -> Given:
 
 def _read_bodies(path: Path, lines: list[str], particulars: Given) -> Given:
     volumes = _read_items(path, lines, "(VOLX,VOLY,VOLZ):", 3)
-    return particulars.replaced(
+    return particulars.with_values(
         gravity=_single_value(_read_items(path, lines, _GRAVITY, 1)),
         length=_single_value(_read_items(path, lines, "Length scale:", 1)),
         # WAMIT integrates the volume in three ways; its users take the median.
@@ -109,7 +109,7 @@ def geometry_file(path: Path) -> Given:
     if len(numbers) < 2 or not all(math.isfinite(x) for x in numbers):
         line_text = repr(lines[1][:40]) if len(lines) > 1 else "nothing"
         raise InputError(f"{path}, line 2: found {line_text}, expected ULEN and GRAV.")
-    return NOTHING_GIVEN.replaced(length=numbers[0], gravity=numbers[1])
+    return NOTHING_GIVEN.with_values(length=numbers[0], gravity=numbers[1])
 
 
 def inertia(path: Path, bodies: int, density: float) -> Real | None:
