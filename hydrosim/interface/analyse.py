@@ -4,6 +4,7 @@ methods and steps; `fit_decay` of recorded decay tests."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from inspect import signature
 from math import degrees, pi, radians
 from pathlib import Path
@@ -15,8 +16,7 @@ from hydrosim.errors import InputError
 from hydrosim.files import arguments
 from hydrosim.files.display_units import DEFAULT, Units, unit_choice_attribute, units_of
 from hydrosim.files.outputs import Output
-from hydrosim.interface.printed import PrintedResult
-from hydrosim.results.dataset import write_run
+from hydrosim.interface.printed import Findings, PrintedResult, run_analysis
 from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene
 
@@ -135,14 +135,13 @@ def _analyse_linearly(
     )
     task.progress("linear analysis")
     scene = task.scene
-    with arguments.lock_of(result):
+
+    def compute() -> Findings:
         dataset = linear_analysis(scene, request)
-        if result:
-            write_run(dataset, result)
-    if page:
-        draw_response(dataset, page)
-    document = linear_document(dataset, raos=bool(all_periods))
-    return PrintedResult(document, dataset, _paths(result, page))
+        document = linear_document(dataset, raos=bool(all_periods))
+        return Findings(document, dataset, partial(draw_response, dataset))
+
+    return run_analysis(compute, result, page)
 
 
 def _analyse_line(
@@ -169,17 +168,20 @@ def _analyse_line(
         task.output, f"{file.stem}_line", "line", file, overwrite=task.overwrite, suffix=".png"
     )
     task.progress("lines")
-    with arguments.lock_of(page):
+
+    def compute() -> Findings:
         title, lines, units, left_out = _lines_of(task)
-    chosen = _choose_line(file, lines, name)
-    offsets = offsets_to(largest or chosen.usual_offset())
-    responses = (response(chosen, offsets, False), response(chosen, offsets, True))
-    heading = f"{title}: line {chosen.name}"
-    if page:
-        draw_line(heading, chosen, responses, page, units)
-    shown = [chosen] if name else lines
-    document = line_document(heading, shown, responses, units, left_out)
-    return PrintedResult(document, None, _paths(page))
+        chosen = _choose_line(file, lines, name)
+        offsets = offsets_to(largest or chosen.usual_offset())
+        responses = (response(chosen, offsets, False), response(chosen, offsets, True))
+        heading = f"{title}: line {chosen.name}"
+        shown = [chosen] if name else lines
+        return Findings(
+            line_document(heading, shown, responses, units, left_out),
+            draw=lambda out: draw_line(heading, chosen, responses, out, units),
+        )
+
+    return run_analysis(compute, page=page)
 
 
 def _lines_of(task: Task) -> tuple[str, list[StillLine], Units, list[str]]:
@@ -218,7 +220,7 @@ def _analyse_ballast(
     body: str | None = None,
 ) -> PrintedResult:
     """The loading condition of bodies with tanks, and a plan of their pumps."""
-    from hydrosim.analysis.ballast import PumpPlan, conditions, find_pump_plan
+    from hydrosim.analysis.ballast import conditions, find_pump_plan
     from hydrosim.compile.compile import compile_in_calm
     from hydrosim.report.charts.analysis import draw_loading
     from hydrosim.report.sentences.analysis import ballast_document
@@ -241,24 +243,26 @@ def _analyse_ballast(
         )
     if body is not None and body not in bodies:
         raise InputError(f"body: found {body}; expected one of {', '.join(bodies)}.")
+    force = ("force", "N", "20000 tonne_force")
+    weight = None if lift is None else arguments.quantity("lift", lift, *force)
+    height = 0.0 if rise is None else arguments.quantity("rise", rise, "length", "m", "0.5 m")
+    span = arguments.quantity("within", within, "time", "s", "1 hour")
     task.progress("loading condition")
-    compiled = compile_in_calm(scene)
-    conditions_found = conditions(compiled, at, angle)
-    plan: PumpPlan | None = None
-    if lift is not None or rise is not None:
-        weight = (
-            None
-            if lift is None
-            else arguments.quantity("lift", lift, "force", "N", "20000 tonne_force")
+
+    def compute() -> Findings:
+        compiled = compile_in_calm(scene)
+        conditions_found = conditions(compiled, at, angle)
+        is_moved = lift is not None or rise is not None
+        plan = (
+            find_pump_plan(compiled, body or bodies[0], span, weight, height) if is_moved else None
         )
-        height = 0.0 if rise is None else arguments.quantity("rise", rise, "length", "m", "0.5 m")
-        span = arguments.quantity("within", within, "time", "s", "1 hour")
-        plan = find_pump_plan(compiled, body or bodies[0], span, weight, height)
-    waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
-    if page:
-        draw_loading(conditions_found, at, page, units_of(scene.source))
-    document = ballast_document(scene, conditions_found, at, angle, plan, waiting)
-    return PrintedResult(document, None, _paths(page))
+        waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
+        return Findings(
+            ballast_document(scene, conditions_found, at, angle, plan, waiting),
+            draw=lambda out: draw_loading(conditions_found, at, out, units_of(scene.source)),
+        )
+
+    return run_analysis(compute, page=page)
 
 
 def _analyse_convergence(
@@ -285,17 +289,16 @@ def _analyse_convergence(
     asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
     result = _output(task, "converge", asked, what="convergence")
     page = arguments.picture_beside(result)
-    with arguments.lock_of(result):
+
+    def compute() -> Findings:
         scene = prepare_scene(task.case)
         study = converge(scene, chosen, all_steps, all_tolerances, task.progress)
         units = unit_choice_attribute(scene.source)
         dataset = to_dataset(study, scene.title).assign_attrs(units)
-        if result:
-            write_run(dataset, result)
-    if page:
-        draw_work_precision(dataset, page)
-    document = study_document(study, scene.title, units_of(scene.source))
-    return PrintedResult(document, dataset, _paths(result, page))
+        document = study_document(study, scene.title, units_of(scene.source))
+        return Findings(document, dataset, partial(draw_work_precision, dataset))
+
+    return run_analysis(compute, result, page)
 
 
 ANALYSES: dict[str, Callable[..., PrintedResult]] = {
@@ -334,10 +337,6 @@ def _output(
         suffix=suffix,
         settings="" if asked is None else case.settings(asked),
     )
-
-
-def _paths(*outputs: Output | None) -> tuple[Path, ...]:
-    return tuple(output.path for output in outputs if output)
 
 
 def fit_decay(
@@ -395,4 +394,5 @@ def fit_decay(
         with keys.write_complete() as path:
             path.write_text("\n".join([f"# {keys.mark}", *lines, ""]), encoding="utf-8")
     shown = () if keys else tuple(lines)
-    return PrintedResult(calibration_document(fit), files=_paths(keys, page), lines=shown)
+    files = tuple(made.path for made in (keys, page) if made)
+    return PrintedResult(calibration_document(fit), files=files, lines=shown)

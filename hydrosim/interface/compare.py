@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from enum import StrEnum
+from functools import partial
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +15,14 @@ from hydrosim.errors import InputError
 from hydrosim.files import arguments
 from hydrosim.files.display_units import unit_choice_attribute, units_of
 from hydrosim.files.document import Document
-from hydrosim.interface.printed import PrintedResult, incomplete_run_warnings, source_of
-from hydrosim.results.dataset import read_run, write_run
+from hydrosim.interface.printed import (
+    Findings,
+    PrintedResult,
+    incomplete_run_warnings,
+    run_analysis,
+    source_of,
+)
+from hydrosim.results.dataset import read_run
 from hydrosim.results.runs_file import is_of_runs, open_runs
 from hydrosim.simulation import open_run
 
@@ -113,24 +120,26 @@ def compare(
     between = arguments.window_of(start, end)
     limits = _tolerances(tolerance)
     dataset_of_run = open_run(run) if isinstance(of, str | Path) else of
-    comparison = comparison_of(
-        dataset_of_run,
-        read_recording(recorded) if frame is None else recording_of_frame(frame),
-        None if mapping is None else read_mapping(mapping),
-        shift=shift,
-        between=between,
-        edges=_band_edges(bands),
-        only=arguments.names_in(channels) or ("*",),
-    )
-    exceeded = exceeded_tolerances(comparison, limits)
-    attributes = _comparison_attributes(dataset_of_run, run, recorded)
-    dataset = to_dataset(comparison, attributes, tolerances_by_channel(comparison, limits))
-    if result and page:
-        write_run(dataset, result)
+    edges = _band_edges(bands)
+
+    def compute() -> Findings:
+        comparison = comparison_of(
+            dataset_of_run,
+            read_recording(recorded) if frame is None else recording_of_frame(frame),
+            None if mapping is None else read_mapping(mapping),
+            shift=shift,
+            between=between,
+            edges=edges,
+            only=arguments.names_in(channels) or ("*",),
+        )
+        exceeded = exceeded_tolerances(comparison, limits)
+        attributes = _comparison_attributes(dataset_of_run, run, recorded)
+        dataset = to_dataset(comparison, attributes, tolerances_by_channel(comparison, limits))
         title = f"{run.name} and {recorded.name}"
-        draw_comparison(dataset, title, page)
-    files = (result.path, page.path) if result and page else ()
-    return PrintedResult(comparison_tables(dataset), dataset, files, failed=bool(exceeded))
+        draw = partial(draw_comparison, dataset, title)
+        return Findings(comparison_tables(dataset), dataset, draw, bool(exceeded))
+
+    return run_analysis(compute, result, page)
 
 
 def _many_runs(result: xr.Dataset | str | Path) -> xr.Dataset | None:
@@ -162,11 +171,13 @@ def _compare_studies(
             f"{recorded}: is a result of one run; expected a file of many runs, because"
             f" {run} is one."
         )
-    comparison = compare_studies(ours, theirs)
-    dataset = studies_dataset(comparison, _comparison_attributes(ours, run, recorded))
-    if result:
-        write_run(dataset, result)
-    return PrintedResult(studies_tables(dataset), dataset, (result.path,) if result else ())
+
+    def compute() -> Findings:
+        comparison = compare_studies(ours, theirs)
+        dataset = studies_dataset(comparison, _comparison_attributes(ours, run, recorded))
+        return Findings(studies_tables(dataset), dataset)
+
+    return run_analysis(compute, result)
 
 
 def _comparison_attributes(ours: xr.Dataset, run: Path, recorded: Path) -> dict[str, object]:

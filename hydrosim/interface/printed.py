@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from hydrosim.files.arguments import Target, output_for
+from hydrosim.files.arguments import Target, lock_of, output_for
 from hydrosim.files.document import Document, document_text
 from hydrosim.files.outputs import Output, make_folder
 
@@ -41,6 +41,33 @@ class PrintedResult:
         from hydrosim.interface.frames import frame_of_result
 
         return frame_of_result(self.dataset)
+
+
+class Findings(NamedTuple):
+    """What an analysis found: a ``document`` to print, the ``dataset`` to write if there is one,
+    how to ``draw`` it, and whether a check ``failed``."""
+
+    document: Document
+    dataset: xr.Dataset | None = None
+    draw: Callable[[Output], object] | None = None
+    failed: bool = False
+
+
+def run_analysis(
+    compute: Callable[[], Findings], result: Output | None = None, page: Output | None = None
+) -> PrintedResult:
+    """Compute while the output is held, so that no other process writes there; write the dataset to
+    ``result`` and the picture to ``page``. Without output all stays in memory."""
+    from hydrosim.results.dataset import write_run
+
+    with lock_of(result or page):
+        found = compute()
+        if result and found.dataset is not None:
+            write_run(found.dataset, result)
+    if page and found.draw:
+        found.draw(page)
+    files = tuple(output.path for output in (result, page) if output)
+    return PrintedResult(found.document, found.dataset, files, failed=found.failed)
 
 
 def source_of(run: xr.Dataset | str | Path) -> Path:
