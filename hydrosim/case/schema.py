@@ -76,11 +76,21 @@ class BodyEntry(scene.BodyKeys):
             raise problem("database_body and no database", "both, or none")
         if not files and self.database_checksum is not None:
             raise problem("database_checksum and no database", "both, or none")
-        constant = isinstance(self.hydrodynamics, scene.Coefficients)
-        if constant and not isinstance(self.radiation, scene.AutomaticRadiation):
-            model = self.as_written("radiation").model
+        model = self.radiation.model
+        if isinstance(self.hydrodynamics, scene.Coefficients) and model != "automatic":
             found_text = f"radiation: {model} of coefficients, which are constant"
             raise problem(found_text, "no radiation there, or a database")
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _check_waves(self) -> Self:
+        """A dry body neither makes waves nor feels them."""
+        if self.hydrodynamics is not None:
+            return self
+        if self.radiation not in (scene.AutomaticRadiation(), scene.NoRadiation()):
+            raise problem("radiation of a dry body", "hydrodynamics too, or no radiation")
+        if self.wave_forces.has_loads and self.wave_forces != scene.WaveForces():
+            raise problem("wave_forces of a dry body", "hydrodynamics too, or no wave_forces")
         return self
 
     @pydantic.model_validator(mode="after")

@@ -37,7 +37,7 @@ from hydrosim.compile.waves import add_waves
 from hydrosim.elements import kind
 from hydrosim.errors import InputError
 from hydrosim.files.yaml_nodes import source_context
-from hydrosim.scene import RadiationModel, Scene
+from hydrosim.scene import NoRadiation, Scene
 from hydrosim.water.components import WaveComponents, sea
 from hydrosim.water.radiation.state_space import TOLERANCE
 from hydrosim.water.radiation.threads import one_thread
@@ -138,5 +138,5 @@ def compile_for_linear(
     calm = replace(scene, initial=None, duration=max(scene.duration, time))
     if radiation == Radiation.MODEL:
         return compile_in_calm(calm, TOLERANCE)
-    dry = tuple(replace(body, radiation=RadiationModel.NONE) for body in scene.bodies)
+    dry = tuple(replace(body, radiation=NoRadiation()) for body in scene.bodies)
     return compile_in_calm(replace(calm, bodies=dry))

@@ -166,8 +166,9 @@ class HydrodynamicGroup:
         model_text = (
             "; ".join([*self._states(), *self._convolutions()]) or "no motion radiates waves"
         )
-        chosen = isinstance(self.radiation, scenes.AutomaticRadiation)
-        return f"{scenes.RadiationModel.AUTOMATIC}: {model_text}" if chosen else model_text
+        if isinstance(self.radiation, scenes.AutomaticRadiation):
+            return f"{self.radiation.model}: {model_text}"
+        return model_text
 
     def _states(self) -> Iterator[str]:
         for fit in self.fits:
@@ -321,9 +322,7 @@ def _moving_dofs(body: scenes.Body) -> list[int]:
 
 def radiation_of(body: scenes.Body) -> scenes.Radiation | None:
     """Radiation model of the body with its settings."""
-    if isinstance(body.radiation, scenes.RadiationModel):
-        return scenes.BY_NAME[body.radiation]
-    return body.radiation
+    return None if isinstance(body.radiation, scenes.NoRadiation) else body.radiation
 
 
 def with_states(body: scenes.Body, tolerance: float) -> scenes.Body:

@@ -118,7 +118,7 @@ def _is_wet(body: scenes.Body) -> bool:
 
 def _has_memory(body: scenes.Body) -> bool:
     constant = isinstance(body.radiation, scenes.ConstantRadiation)
-    return _is_wet(body) and not constant and body.radiation != scenes.RadiationModel.NONE
+    return _is_wet(body) and not constant and not isinstance(body.radiation, scenes.NoRadiation)
 
 
 def _has_following_loads(body: scenes.Body) -> bool:

@@ -58,7 +58,6 @@ from hydrosim.scene.force import (
     When,
 )
 from hydrosim.scene.hydrodynamics import (
-    BY_NAME,
     AtDraught,
     AutomaticRadiation,
     ChangedDatabase,
@@ -71,8 +70,8 @@ from hydrosim.scene.hydrodynamics import (
     Given,
     Hull,
     Hydrodynamics,
+    NoRadiation,
     Radiation,
-    RadiationModel,
     StateSpaceRadiation,
     Without,
 )
@@ -112,7 +111,6 @@ from hydrosim.scene.scene import (
 )
 
 __all__ = [
-    "BY_NAME",
     "Active",
     "Amplitudes",
     "AtDraught",
@@ -157,6 +155,7 @@ __all__ = [
     "Lightship",
     "LinearScenes",
     "Method",
+    "NoRadiation",
     "OchiHubble",
     "OchiHubblePeak",
     "OmittedEntry",
@@ -167,7 +166,6 @@ __all__ = [
     "PumpKeys",
     "Question",
     "Radiation",
-    "RadiationModel",
     "Ratchet",
     "RecordedElevation",
     "RegularWave",

@@ -26,15 +26,13 @@ from hydrosim.files.schema_class import PythonObject, ReadAs, SchemaClass, schem
 from hydrosim.files.units import Quantity, problem
 from hydrosim.scene.force import AtTime, Event, LevelReached, When, form_of
 from hydrosim.scene.hydrodynamics import (
-    BODY_RADIATION,
     AutomaticRadiation,
+    BodyRadiation,
     ChangedDatabase,
     Coefficients,
     Family,
     Hull,
     Hydrodynamics,
-    Radiation,
-    RadiationModel,
 )
 from hydrosim.scene.plane import Plane
 
@@ -359,7 +357,7 @@ class BodyKeys(SchemaClass):
     [surge, heave, pitch]."""
     initial: Initial = Initial()
     """Offsets and velocities when the run starts."""
-    radiation: Annotated[RadiationModel | Radiation, BODY_RADIATION] = AutomaticRadiation()
+    radiation: BodyRadiation = AutomaticRadiation()
     """Model of the radiation forces: a name, or a mapping with a model and its settings."""
     wave_forces: WaveForces = WaveForces()
     """Wave loads that act on the body."""

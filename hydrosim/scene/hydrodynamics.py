@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, get_args
+from typing import Annotated, Any, ClassVar, Literal, Protocol, Self
 
 import numpy as np
 from pydantic import (
@@ -30,15 +29,6 @@ from hydrosim.scene.environment import WaterDepth
 
 LENGTH = 100.0
 """Length of the memory [s] if none is given."""
-
-
-class RadiationModel(StrEnum):
-    """Models for the memory of the radiated waves, each with its defaults."""
-
-    AUTOMATIC = "automatic"
-    STATE_SPACE = "state_space"
-    CONVOLUTION = "convolution"
-    NONE = "none"
 
 
 @schema_class
@@ -117,33 +107,18 @@ class NoRadiation(SchemaClass):
 
 
 Radiation = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
+_MODEL = Annotated[Radiation | NoRadiation, Discriminator("model")]
+_NAME = Literal["automatic", "state_space", "convolution", "none"]
 
 
 def _require_model(value: Any) -> Any:
     return {"model": value} if isinstance(value, str) else value
 
 
-_FORM = Annotated[Radiation | NoRadiation, Discriminator("model")]
-BODY_RADIATION = ReadAs(
-    Annotated[
-        _FORM,
-        BeforeValidator(
-            _require_model,
-            json_schema_input_type=_FORM
-            | Literal["automatic", "state_space", "convolution", "none"],
-        ),
-    ],
-    (RadiationModel, *get_args(Radiation)),
-    lambda _: RadiationModel.NONE,
-)
-"""Annotation of the radiation of a body: a name, or a mapping with a model and its settings."""
-
-BY_NAME: Mapping[RadiationModel, Radiation | None] = {
-    RadiationModel.AUTOMATIC: AutomaticRadiation(),
-    RadiationModel.STATE_SPACE: StateSpaceRadiation(),
-    RadiationModel.CONVOLUTION: ConvolutionRadiation(),
-    RadiationModel.NONE: None,
-}
+BodyRadiation = Annotated[
+    _MODEL, BeforeValidator(_require_model, json_schema_input_type=_MODEL | _NAME)
+]
+"""Radiation of a body: a name, or a mapping with a model and its settings."""
 
 
 # Data of a user that a file lacks.

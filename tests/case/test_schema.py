@@ -108,8 +108,8 @@ class TestBody:
                 "{model: automatic, tolerance: 1e-4, step: 0.1 s}",
                 scene.AutomaticRadiation(1e-4, None, 0.1),
             ),
-            ("none", scene.RadiationModel.NONE),
-            ("{model: none, period: 10 s}", scene.RadiationModel.NONE),
+            ("none", scene.NoRadiation()),
+            ("{model: none, period: 10 s}", scene.NoRadiation()),
             ("{model: constant, period: 10 s}", scene.ConstantRadiation(10.0)),
             ("{model: convolution, step: 200 ms}", scene.ConvolutionRadiation(None, 0.2)),
             (
@@ -118,9 +118,19 @@ class TestBody:
             ),
         ],
     )
-    def test_radiation(self, load: Load, text: str, radiation: object) -> None:
-        (block,) = load(body(f"mass: 1, dofs: [surge], radiation: {text}")).scene().bodies
+    def test_radiation(self, load: Load, tmp_path: Path, text: str, radiation: object) -> None:
+        (tmp_path / "db.nc").touch()
+        wet = "hydrodynamics: db.nc, centre_of_gravity: [0, 0, 0]"
+        text = body(f"mass: 1, dofs: [surge], {wet}, radiation: {text}") + "environment: {}"
+        (block,) = load(text).scene().bodies
         assert block.radiation == radiation
+
+    @pytest.mark.parametrize(
+        "keys", ["radiation: convolution", "wave_forces: {second_order: newman}"]
+    )
+    def test_a_dry_body_makes_and_feels_no_waves(self, refusal: Refusal, keys: str) -> None:
+        told = refusal(body(f"mass: 1, dofs: [surge], {keys}"))
+        assert f"found {keys.partition(':')[0]} of a dry body" in told
 
     def test_mass_matrix_is_mass_and_inertia(self, load: Load) -> None:
         rows = "[2000,0,0,0,0,0],[0,2000,0,0,0,0],[0,0,2 tonne,0,0,0]"

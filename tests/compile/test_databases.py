@@ -15,7 +15,7 @@ from hydrosim.database import HydroDatabase, Use, body_of, check, doubt_warnings
 from hydrosim.database.changes import apply_changes
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.scene import ChangedDatabase, Changes, RadiationModel, SecondOrder, Without
+from hydrosim.scene import ChangedDatabase, Changes, SecondOrder, Without
 
 ROLL, SWAY, HEAVE = 3, 1, 2
 SWELL = hs.Jonswap(significant_height=2.0, peak_period=12.0)
@@ -51,7 +51,7 @@ def pair(db: HydroDatabase, dofs: tuple[str, ...]) -> hs.Scene:
     for k, centre in enumerate(db.centre_of_gravity):
         mass = float(db.water_density * db.volume[k])
         part = {"hydrodynamics": db, "database_body": k + 1, "centre_of_gravity": tuple(centre)}
-        waves = {"radiation": RadiationModel.CONVOLUTION, "wave_forces": hs.WaveForces()}
+        waves = {"radiation": "convolution", "wave_forces": hs.WaveForces()}
         body = replace(base.bodies[0], name=f"barge{k + 1}", mass=mass, dofs=dofs)
         bodies.append(replace(body, **part, **waves))
     return replace(base, bodies=tuple(bodies), forces={}, duration=10.0)

@@ -16,7 +16,7 @@ from hydrosim.compile.restart import open_start
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
 from hydrosim.results.ledger import worst_energy_gap
-from hydrosim.scene import ConvolutionRadiation, Method, RadiationModel
+from hydrosim.scene import ConvolutionRadiation, Method
 
 BREAK, END = 60.0, 100.0  # s
 HULL = "barge"
@@ -286,11 +286,11 @@ OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "dofs": ({"dofs": ("surge",)}, ["this scene lacks heave of barge, pitch of barge, "]),
     "no radiation": (
-        {"radiation": RadiationModel.NONE},
+        {"radiation": "none"},
         ["radiation 1 of surge, heave, pitch of barge", " more"],
     ),
     "convolution": (
-        {"radiation": RadiationModel.CONVOLUTION},
+        {"radiation": "convolution"},
         ["that run lacks memory of surge of barge", "this scene lacks", "radiation 1 of "],
     ),
 }
@@ -313,7 +313,7 @@ def test_radiation_states_of_another_fit_are_refused(short: xr.Dataset) -> None:
 
 
 def test_memory_that_has_been_overwritten_is_refused() -> None:
-    scene = scenes.with_body(scenes.in_contact(5.0), radiation=RadiationModel.CONVOLUTION)
+    scene = scenes.with_body(scenes.in_contact(5.0), radiation="convolution")
     run = hs.simulate(scene)
     names = ("time", "state_time", "memory_time", "memory_node_time", "memory_begin")
     times = {name: run[name] + 500.0 for name in names}

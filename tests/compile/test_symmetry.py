@@ -50,7 +50,6 @@ from hydrosim.scene import (
     GivenComponents,
     Method,
     Place,
-    RadiationModel,
     SecondOrder,
     Symmetry,
 )
@@ -333,7 +332,7 @@ def barge(**changes: Any) -> hs.Scene:
 
 def unfitted(**changes: Any) -> hs.Scene:
     """With radiation left out: another database would be fitted first."""
-    return barge(radiation=RadiationModel.NONE, **changes)
+    return barge(radiation="none", **changes)
 
 
 def loaded(name: str, index: tuple[int, ...], **changes: Any) -> hs.Scene:

@@ -23,7 +23,6 @@ from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     ConvolutionRadiation,
     LinearScenes,
-    RadiationModel,
     Symmetry,
 )
 
@@ -70,7 +69,7 @@ def impulses(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
 @pytest.mark.parametrize(("dofs", "launch"), [(PLANAR, LAUNCH), (DOFS, TUMBLE)])
 def test_a_spinning_drifting_body_keeps_impulse_and_energy(dofs, launch):
     """Without memory nothing is lost; rk4 at 0.05 s leaves 1e-11, of the energy 1e-9."""
-    scene = barge(dofs=dofs, velocity=launch, radiation=RadiationModel.NONE)
+    scene = barge(dofs=dofs, velocity=launch, radiation="none")
     scene = replace(scene, solver=replace(SOLVER, step=0.05))
     run = hs.simulate(scene)
     kept = impulses(scene, run)
@@ -83,7 +82,7 @@ def test_a_spinning_drifting_body_keeps_impulse_and_energy(dofs, launch):
 @pytest.mark.parametrize("dofs", [PLANAR, DOFS])
 def test_with_memory_it_never_gains_energy(radiation: str, dofs: tuple[str, ...]) -> None:
     """What radiation took is never negative: memory is passive in axes that turn, too."""
-    scene = barge(dofs=dofs, velocity=TUMBLE, radiation=RadiationModel(radiation))
+    scene = barge(dofs=dofs, velocity=TUMBLE, radiation=radiation)
     scene = replace(scene, bodies=(replace(scene.bodies[0], dofs=dofs),))
     run = hs.simulate(scene)
     lost = run.energy_dissipated_radiation.values
@@ -98,7 +97,7 @@ def test_a_roll_decay_does_not_know_the_heading(radiation: str) -> None:
     runs = []
     for yaw in (0.0, 1.0, 2.0, 5.0, 10.0, 45.0, 90.0):
         start = scenes.moving(roll=radians(2.0), yaw=radians(yaw))
-        body = barge(position=start, radiation=RadiationModel(radiation))
+        body = barge(position=start, radiation=radiation)
         runs.append(hs.simulate(replace(body, duration=60.0)))
     roll = [scenes.motion(run)[:, 3] for run in runs]
     for other in roll[1:]:
@@ -108,7 +107,7 @@ def test_a_roll_decay_does_not_know_the_heading(radiation: str) -> None:
 def test_a_current_carries_the_water_along() -> None:
     """In a current, without memory, a spinning body moves as in still water but for U t."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
-    changes = {"radiation": RadiationModel.NONE, "position": scenes.moving(yaw=0.4)}
+    changes = {"radiation": "none", "position": scenes.moving(yaw=0.4)}
     still = hs.simulate(barge(velocity=TUMBLE, **changes))
     scene = barge(velocity=tuple(TUMBLE + U), **changes)
     carried = hs.simulate(replace(scene, environment=hs.Environment(current=scenes.stream_of(U))))
@@ -122,7 +121,7 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(radiation, validated):
     """u w (A_sway - A_surge) on yaw, and nothing else begins to act after the start."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
     place = scenes.moving(yaw=0.4)
-    scene = barge(position=place, radiation=RadiationModel(radiation), dofs=("yaw",))
+    scene = barge(position=place, radiation=radiation, dofs=("yaw",))
     scene = replace(scene, environment=hs.Environment(current=scenes.stream_of(U)), duration=1.0)
     scene = replace(scene, output_step=0.1)  # soon, before a memory of the spin is felt
     run, model = hs.simulate(scene), compile_scene(scene).model

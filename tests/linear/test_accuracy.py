@@ -18,7 +18,7 @@ from hydrosim.linear.modes import natural_modes
 from hydrosim.linear.stability import Vibration, memory_response, vibration_errors
 from hydrosim.report.sentences.check import check_document
 from hydrosim.run.step_limits import MAX_MOTION_ERROR
-from hydrosim.scene import LinearScenes, Method, RadiationModel
+from hydrosim.scene import LinearScenes, Method
 
 
 @pytest.mark.parametrize(
@@ -172,8 +172,8 @@ def test_many_runs_are_warned_too() -> None:
 def test_the_memory_of_a_convolution_damps_what_it_should() -> None:
     """K^(i w) is i w (A(w) - A_inf) + B(w) within 1e-3; so heave dies out by convolution, too."""
     still = in_waves(scene_of("free_floating"))
-    convolved, _ = hs.compile_scene(with_body(still, radiation=RadiationModel.CONVOLUTION))
-    model, state = hs.compile_scene(with_body(still, radiation=RadiationModel.STATE_SPACE))
+    convolved, _ = hs.compile_scene(with_body(still, radiation="convolution"))
+    model, state = hs.compile_scene(with_body(still, radiation="state_space"))
     linear, w = linearise(model, state), 0.6
     bare = replace(linear, jacobian=linear.jacobian[:12, :12], states=linear.states[:12])
     expected = (linear.dynamic_stiffness(w) - bare.dynamic_stiffness(w)) / (1j * w)

@@ -34,7 +34,6 @@ from hydrosim.scene import (
     LinearScenes,
     Method,
     Place,
-    RadiationModel,
     SecondOrder,
     Weight,
 )
@@ -315,7 +314,7 @@ NONLINEAR = {
     "push turns with block": dry(scenes.block(1.0, ["yaw"]), {"push": PUSHED}, **EXACT),
     "thrust turns with block": dry(scenes.block(1.0, ["yaw"]), {"thrust": THRUST}),
     "drag turns with block": dry(scenes.block(1.0, ON_ONE_AXIS), {"drag": DRAG}, **EXACT),
-    "radiation by convolution": scenes.with_body(barge(), radiation=RadiationModel.CONVOLUTION),
+    "radiation by convolution": scenes.with_body(barge(), radiation="convolution"),
     "waves follow barge": scenes.with_body(barge(), wave_forces=FOLLOWING),
     "the contents of the tanks of block change": dry(FILLED, {"mooring": HELD}),
     "exact rotations of barge": scenes.with_body(barge(), dofs=DOFS, wave_forces=MEAN),

@@ -10,7 +10,7 @@ from scenes import ROOT, SEA, block, in_waves, moving, scene, scene_of, with_bod
 
 import hydrosim as hs
 from hydrosim.elements import CurrentLoad, LinearMooring
-from hydrosim.scene import Kinematics, Place, RadiationModel, SecondOrder, TankTable, Weight
+from hydrosim.scene import Kinematics, Place, SecondOrder, TankTable, Weight
 
 SWELL = replace(SEA, peak_period=15.0)  # its loads are known between headings 15 deg apart
 
@@ -52,7 +52,7 @@ def test_second_order_loads_follow_the_slow_heading_unless_they_are_told_not_to(
 
 def test_a_drift_through_the_waves() -> None:
     """0.4 m/s across waves of 15 s, 350 m long, is half a radian after 70 s."""
-    scene = abeam(Place.MEAN, velocity=moving(sway=0.4), radiation=RadiationModel.NONE)
+    scene = abeam(Place.MEAN, velocity=moving(sway=0.4), radiation="none")
     met = said(hs.simulate(scene))
     assert "of the waves' phase" in met
     assert "Set wave_forces.position: slow" in met
@@ -70,7 +70,7 @@ def test_coupled_bodies_that_come_apart() -> None:
             centre_of_gravity=(0.0, y, 0.0),
             mass=1.23e6,
             inertia=np.diag(1.23e6 * np.square([3.5, 10.4, 10.4])),
-            radiation=RadiationModel.NONE,
+            radiation="none",
             velocity=moving(surge=u),
         )
         for name, k, y, u in (("port", 1, 7.0, 0.2), ("starboard", 2, -7.0, 0.0))

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
 from hydrosim.elements import LinearMooring
-from hydrosim.scene import Method, RadiationModel, Scene, Solver, WaveForces, WaveTrain
+from hydrosim.scene import Method, Scene, Solver, WaveForces, WaveTrain
 
 REPEAT = 10800.0  # s
 LINE = 2 * pi / REPEAT  # rad/s
@@ -27,7 +27,7 @@ def three_hours() -> xr.Dataset:
     scene = with_body(
         in_waves(scene_of("free_floating"), WaveTrain(SEA, seed=3, repeat_period=REPEAT)),
         dofs=("surge", "heave"),
-        radiation=RadiationModel.NONE,
+        radiation="none",
         wave_forces=WaveForces(first_order=True),
     )
     solver = Solver(method=Method.RK2, step=0.5)

@@ -26,7 +26,6 @@ from hydrosim.scene import (
     Kinematics,
     LinearScenes,
     Method,
-    RadiationModel,
     Scene,
     Symmetry,
     When,
@@ -362,7 +361,7 @@ def test_a_lock_lets_go_at_its_time() -> None:
     assert run.lock_mode.values[-1, 0] == 0
 
 
-def wet(current: float, radiation: RadiationModel) -> hs.Scene:
+def wet(current: float, radiation: str) -> hs.Scene:
     """The free H-851 adrift in calm water or a current."""
     base = scenes.with_body(
         scenes.scene_of("base"), velocity=scenes.moving(surge=1.0, sway=0.4, yaw=0.03)
@@ -373,9 +372,9 @@ def wet(current: float, radiation: RadiationModel) -> hs.Scene:
     return replace(base, duration=40.0, environment=water, forces={}, solver=solver)
 
 
-@pytest.mark.parametrize("radiation", [RadiationModel.NONE, RadiationModel.CONVOLUTION])
+@pytest.mark.parametrize("radiation", ["none", "convolution"])
 @pytest.mark.parametrize("current", [0.0, 0.8])
-def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None:
+def test_water_is_stopped_too(current: float, radiation: str) -> None:
     """Added mass takes part, in a current too; the memory does not jump, and the ledger closes."""
     free = wet(current, radiation)
     name = free.bodies[0].name
