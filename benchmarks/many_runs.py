@@ -71,7 +71,7 @@ def _alone() -> float:
 
 
 def _seed(seed: int) -> Scene:
-    base = replace(base_case(), duration=3600.0 * HOURS, output_step=1.0)
+    base = replace(base_case(), duration=3600.0 * HOURS).with_output(step=1.0)
     (train,) = base.environment.waves
     waves = (replace(train, seed=seed),)
     return replace(base, environment=replace(base.environment, waves=waves))

@@ -172,7 +172,7 @@ def stiff_case(step: float, method: Method) -> Scene:
     law = replace(fender.friction, stiffness=STIFF * fender.friction.stiffness)
     forces = {**scene.forces, "interface": replace(fender, friction=law)}
     solver = replace(scene.solver, step=step)
-    return replace(scene, forces=forces, solver=solver, output_step=1.0)
+    return replace(scene, forces=forces, solver=solver).with_output(step=1.0)
 
 
 def _short(step: float, method: Method = Method.RK4) -> Several:

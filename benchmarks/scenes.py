@@ -57,7 +57,7 @@ def short_case(step: float, method: Method = Method.RK4, events: bool = True) ->
         "unstable": Unstable.WARN,
     }
     solver = replace(base_case().solver, **settings)
-    return replace(base_case(), duration=SHORT, output_step=RECORDED, solver=solver)
+    return replace(base_case(), duration=SHORT, solver=solver).with_output(step=RECORDED)
 
 
 def free_barge() -> Scene:
@@ -141,8 +141,7 @@ def sphere(
         duration=duration,
         bodies=(replace(scene.bodies[0], radiation=radiation),),
         solver=replace(scene.solver, kinematics=kinematics, **{**usual, **solver}),
-        output_step=output_step,
-    )
+    ).with_output(step=output_step)
 
 
 class Several(NamedTuple):

@@ -95,7 +95,7 @@ _OF_SCENES = {
     "loads": "AppliedForce CurrentLoad WindLoad",
     "plane": "Plane",
     "restraints": "Bushing Drive LinearMooring",
-    "scene": "Solver Start Tolerance",
+    "scene": "RunOutput Solver Start Tolerance",
     "winch": "Compensation Drum DrumFriction Winch",
 }
 """Classes of `hydrosim.scene`, to write a scene with: numbers are in SI, or texts with a unit."""

@@ -69,7 +69,7 @@ def check_criteria(compiled: Compiled) -> None:
 def blank_run(compiled: Compiled) -> xr.Dataset:
     """The dataset of a run with a single record of zeros: names, dimensions and units."""
     model = compiled.model
-    record = new_record(model, compile_clock(compiled), compiled.scene.output_accelerations)
+    record = new_record(model, compile_clock(compiled), compiled.scene.output.accelerations)
     history = compiled.first_state().history
     layout = compiled.derived.layout
     run = to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})

@@ -108,7 +108,9 @@ def scene(
     """A scene without water."""
     bodies = (bodies,) if isinstance(bodies, Body) else tuple(bodies)
     settings = Solver(**{"step": output_step, "linear": LinearScenes.STEP, **solver})
-    return Scene("dry", duration, bodies, forces=forces, solver=settings, output_step=output_step)
+    return Scene(
+        "dry", duration, bodies, forces=forces, solver=settings, output={"step": output_step}
+    )
 
 
 def with_step(scene: Scene, step: float, **changes: Any) -> Scene:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 def resolved_case_text(data: CaseFile, folder: Path) -> str:
     """A case file (YAML) that says of each key of ``data`` what is taken for it: in SI and radians,
     with the defaults, relative paths, which begin at ``folder``, as absolute ones."""
-    output = data.output.model_copy(update={"step": data.output_step})
+    output = replace(data.output, step=data.output.step_beside(data.solver.step))
     place = folder / "case.yaml"
     forces = {
         name: fit_decay(element, BuildContext(f"forces.{name}", place))
@@ -132,12 +132,7 @@ def build_scene(
         forces=forces,
         joints=data.joints,
         solver=_build_solver(data.solver),
-        output_step=data.output_step,
-        output_states=data.output.states,
-        output_impulses=data.output.impulses,
-        output_accelerations=data.output.accelerations,
-        wave_probes=data.output.wave_probes,
-        clearances=data.output.clearances,
+        output=data.output,
         initial=_build_start(data.begins, path.parent) if data.begins else None,
         at_rest=data.initial == "at_rest",
         accept=data.accept,

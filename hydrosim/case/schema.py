@@ -31,10 +31,8 @@ from hydrosim.scene.joint import AnyJoint
 from hydrosim.scene.links import AnyCoordinateElement, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, Drive, LinearMooring
-from hydrosim.scene.scene import ACCURACIES, ACCURACY, SolverSettings
+from hydrosim.scene.scene import ACCURACIES, ACCURACY, RunOutput, SolverSettings
 from hydrosim.scene.winch import Winch
-
-OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
 
 @schema_class
@@ -160,26 +158,6 @@ class SolverEntry(SolverSettings):
         return self
 
 
-class OutputEntry(SchemaModel):
-    """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
-    another run needs to start from there; with ``impulses`` what `hydrosim show --why` needs;
-    ``accelerations``; the elevation at ``wave_probes``, x and y by name; the ``clearances`` of
-    named points by name."""
-
-    step: of.Period | None = None
-    """Time between records, a multiple of the step of the solver. Without it about 0.5 s."""
-    states: pydantic.StrictBool = False
-    """Whether all states are recorded, so that another run can start from any record."""
-    impulses: pydantic.StrictBool = False
-    """Whether impulses of forces are recorded, for hydrosim show --why."""
-    accelerations: pydantic.StrictBool = False
-    """Whether accelerations are recorded."""
-    wave_probes: dict[of.Name, of.Position] = pydantic.Field(default_factory=dict)
-    """Places x, y by name where the wave elevation is recorded. Example: {bow: [90 m, 0 m]}."""
-    clearances: dict[of.Name, scene.Clearance] = pydantic.Field(default_factory=dict)
-    """Distances by name that are recorded."""
-
-
 def _beginning_form(value: object) -> str:
     return "at_rest" if isinstance(value, str) else "of a run"
 
@@ -239,7 +217,7 @@ class CaseFile(SchemaModel):
     """Joints between bodies or to the earth, by name: hinges, balls, sliders, locks."""
     solver: SolverEntry = SolverEntry()
     """Time integration."""
-    output: OutputEntry = OutputEntry()
+    output: RunOutput = RunOutput()
     """Results that are recorded."""
     initial: Begin | None = None
     """Either at_rest, which starts in equilibrium, or a mapping with the run that this one
@@ -270,12 +248,6 @@ class CaseFile(SchemaModel):
     def begins(self) -> scene.Start | None:
         """The run to start from, if there is one."""
         return self.initial if isinstance(self.initial, scene.Start) else None
-
-    @property
-    def output_step(self) -> float:
-        """Time between records [s]: about `OUTPUT_STEP` if the case does not say."""
-        step = self.solver.step
-        return self.output.step or step * max(1, round(OUTPUT_STEP / step))
 
     @property
     def water(self) -> EnvironmentEntry:

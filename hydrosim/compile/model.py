@@ -109,7 +109,7 @@ def model_of(
         draught=draught,
         energy=energy,
         impulse=impulse,
-        size=impulse + (_impulse_count(len(rows), bodies, parts) if scene.output_impulses else 0),
+        size=impulse + (_impulse_count(len(rows), bodies, parts) if scene.output.impulses else 0),
     )
 
 
@@ -225,7 +225,7 @@ def _compile_layout(
         bodies.tree,
         tuple(bodies.each["origin"]),
         dict(zip(point_names(scene), named_points(scene), strict=True)),
-        scene.clearances,
+        scene.output.clearances,
         scene.environment.water_depth,
         scene.environment.water_density,
         tuple(draught_of(body) for body in scene.bodies),

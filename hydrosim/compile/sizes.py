@@ -53,7 +53,7 @@ def memory_needed(scene: scenes.Scene) -> float:
 
 def result_size(scene: scenes.Scene) -> float:
     """Approximate size [bytes] of the result of a run."""
-    states = _estimated_states(scene) if scene.output_states else 0.0
+    states = _estimated_states(scene) if scene.output.states else 0.0
     return NUMBER * _record_count(scene) * (_numbers_per_record(scene) + states)
 
 
@@ -125,8 +125,14 @@ def _numbers_per_record(scene: scenes.Scene) -> float:
     motions = 6 * len(scene.bodies)
     forces = 4 + len(scene.forces)
     points = sum(len(element.unit_names(name)) for name, element in scene.forces.items())
-    rates = 2.0 + float(scene.output_accelerations)
-    return 6.0 + rates * motions + forces * (2.0 + motions) + 20.0 * points + len(scene.wave_probes)
+    rates = 2.0 + float(scene.output.accelerations)
+    return (
+        6.0
+        + rates * motions
+        + forces * (2.0 + motions)
+        + 20.0 * points
+        + len(scene.output.wave_probes)
+    )
 
 
 def _estimated_states(scene: scenes.Scene) -> float:

@@ -251,7 +251,7 @@ def _state_blocks(
     yield StateKind.SLOW_PLACE, _entries_of_owners(slow_bodies(scene, met), SLOW_STATE_NAMES)
     yield (StateKind.SLOW_DRAUGHT, _entries_of_owners(_family_names(scene, model), DRAUGHT_FILTERS))
     yield StateKind.ENERGY, _energy_entries(scene)
-    if scene.output_impulses:
+    if scene.output.impulses:
         yield StateKind.IMPULSE, _impulse_entries(scene)
         for kind in ELEMENT_KINDS:
             if isinstance(kind, HasImpulses):

@@ -59,7 +59,7 @@ def clearances(scene: Scene, frames: Frames) -> np.ndarray:
     """Clearances (nt, nc) [m]: distances between two points, or between a point and a plane. They
     are negative behind the plane."""
     return np.stack(
-        [_clearance_over_time(scene, c, frames) for c in scene.clearances.values()], axis=1
+        [_clearance_over_time(scene, c, frames) for c in scene.output.clearances.values()], axis=1
     )
 
 
@@ -67,7 +67,7 @@ def check_points(scene: Scene) -> None:
     """Raises InputError if a clearance names a point that does not exist."""
     names = point_names(scene)
     bodies = [body.name for body in scene.bodies]
-    for name, c in scene.clearances.items():
+    for name, c in scene.output.clearances.items():
         for key, point in (("of", c.of), ("to", c.to)):
             if point is not None and point not in names:
                 there = ", ".join(names) or (

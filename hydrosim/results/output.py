@@ -10,7 +10,7 @@ adds to the energies of the earlier run; its residual begins at zero.
 The state y is in `state_value` (state_time, state) by name: at the end, or at every output time if
 the scene asks for it. Another run can start from it (`hydrosim.compile.restart`).
 
-Impulses and works of forces, as variables of a run that records them (`Scene.output_impulses`).
+Impulses and works of forces, as variables of a run that records them (`Scene.output.impulses`).
 All are integrals since the start of the run.
 
 `impulse` and `work` (time, force, body, dof) have a row for each force. Their sums are the changes
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 def coordinates(scene: Scene) -> dict[str, object]:
     """Names of forces."""
-    return {"force": ("force", list(names.force_names(scene)))} if scene.output_impulses else {}
+    return {"force": ("force", list(names.force_names(scene)))} if scene.output.impulses else {}
 
 
 def unit_tallies(model: Model, y: kinds.RecordedStates, units: int) -> np.ndarray:
@@ -65,7 +65,7 @@ def impulse_variables(
     scene: Scene, model: Model, values: Mapping[str, np.ndarray]
 ) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
     """Variables from the ``values`` (nt, ...) of a record by name."""
-    if not scene.output_impulses:
+    if not scene.output.impulses:
         return {}
     integrals = values["y"][model.impulse :]
     count = len(integrals)
@@ -145,7 +145,7 @@ def _state_columns(
     """State that a run can start from, at every output time or at the last one that has radiation
     states, and its coordinates. That is the end, unless the run blew up and was cut off."""
     records = with_states(record, count)
-    if not scene.output_states:
+    if not scene.output.states:
         records = records[-1:]
     time = unpack_channels(model, record, count)["time"][records]
     modes = record.modes[records]
@@ -223,9 +223,9 @@ def _draught_columns(model: Model, y: kinds.RecordedStates) -> kinds.Columns:
 def _probe_columns(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> kinds.Columns:
     """Elevation at the probes: a sum over the components, computed afterwards because no motion
     depends on it."""
-    if not scene.wave_probes:
+    if not scene.output.wave_probes:
         return {}
-    points = np.array(list(scene.wave_probes.values()))
+    points = np.array(list(scene.output.wave_probes.values()))
     elevation = elevations(sea, points, time)
     return {"wave_elevation_at_probe": (("time", "probe"), elevation)}
 
@@ -233,7 +233,7 @@ def _probe_columns(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray
 def _point_columns(scene: Scene, model: Model, coordinates: np.ndarray) -> kinds.Columns:
     """Named points and clearances."""
     columns: kinds.Columns = {}
-    if not (memory.point_names(scene) or scene.clearances):
+    if not (memory.point_names(scene) or scene.output.clearances):
         return columns
     frames = memory.frames_of(model, coordinates)
     if memory.point_names(scene):
@@ -241,7 +241,7 @@ def _point_columns(scene: Scene, model: Model, coordinates: np.ndarray) -> kinds
             ("time", "point", "axis"),
             memory.point_positions(scene, frames),
         )
-    if scene.clearances:
+    if scene.output.clearances:
         columns["clearance"] = (("time", "gap"), memory.clearances(scene, frames))
     return columns
 
@@ -284,17 +284,17 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
         "axis": describe_values("axis", ["x", "y", "z"], "axis of the frame"),
         **{name: of for kind in ELEMENT_KINDS for name, of in kind.coordinates(scene).items()},
         **coordinates(scene),
-        **(_probe_places(scene) if scene.wave_probes else {}),
+        **(_probe_places(scene) if scene.output.wave_probes else {}),
         **memory.coordinates(scene),
-        **({"gap": ("gap", list(scene.clearances))} if scene.clearances else {}),
+        **({"gap": ("gap", list(scene.output.clearances))} if scene.output.clearances else {}),
     }
 
 
 def _probe_places(scene: Scene) -> dict[str, object]:
-    x, y = np.array(list(scene.wave_probes.values())).T
+    x, y = np.array(list(scene.output.wave_probes.values())).T
     place = {"units": "m", "long_name": "position of the probe", "frame": EARTH_FRAME}
     return {
-        "probe": ("probe", list(scene.wave_probes)),
+        "probe": ("probe", list(scene.output.wave_probes)),
         "probe_x": ("probe", x, place),
         "probe_y": ("probe", y, place),
     }

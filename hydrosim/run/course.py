@@ -49,8 +49,8 @@ class RunInProgress:
         scene = compiled.scene
         model = compiled.model
         clock = compile_clock(compiled)
-        spacing = 1 if scene.output_states else MEMORY_SPACING
-        record = new_record(model, clock, scene.output_accelerations, spacing)
+        spacing = 1 if scene.output.states else MEMORY_SPACING
+        record = new_record(model, clock, scene.output.accelerations, spacing)
         self.compiled = compiled
         self.run = state.new_run(clock, model, compiled.method, compiled.first_state(), record)
         self._held = StructReference(self.run)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from math import ceil, isclose
@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import StrictBool, StrictStr
+from pydantic_core import PydanticCustomError
 
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
-from hydrosim.files.units import value_text
+from hydrosim.files.units import Quantity, value_text
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import BuildContext, ForceElement
@@ -40,6 +41,8 @@ class Method(StrEnum):
         return self in (Method.DOPRI5, Method.ESDIRK4, Method.AUTOMATIC)
 
 
+DURATION = Quantity("time", "s", "2000 s", above=0)
+OUTPUT_STEP = 0.5  # s, about: if a scene does not say
 ACCURACY = 1e-4  # default of `Solver.accuracy`: error of motions relative to their range
 # Rounding in long runs sets the lower bound. Above the upper bound motions are not resolved.
 ACCURACIES = (1e-10, 0.1)
@@ -194,6 +197,34 @@ class OmittedEntry(NamedTuple):
         return f"found {self.found}; {self.becomes}. {self.advice}".rstrip()
 
 
+@schema_class
+class RunOutput(SchemaClass):
+    """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
+    another run needs to start from there; with ``impulses`` what `hydrosim show --why` needs;
+    ``accelerations``; the elevation at ``wave_probes``, x and y by name; the ``clearances`` of
+    named points by name."""
+
+    has_valid_defaults: ClassVar[bool] = True
+
+    step: of.Period | None = None
+    """Time between records, a multiple of the step of the solver. Without it about 0.5 s."""
+    states: StrictBool = False
+    """Whether all states are recorded, so that another run can start from any record."""
+    impulses: StrictBool = False
+    """Whether impulses of forces are recorded, for hydrosim show --why."""
+    accelerations: StrictBool = False
+    """Whether accelerations are recorded."""
+    wave_probes: dict[of.Name, of.Position] = field(default_factory=dict)
+    """Places x, y by name where the wave elevation is recorded. Example: {bow: [90 m, 0 m]}."""
+    clearances: dict[of.Name, Clearance] = field(default_factory=dict)
+    """Distances by name that are recorded."""
+
+    def step_beside(self, step: float) -> float:
+        """Time between records [s] beside the ``step`` of the solver: about `OUTPUT_STEP` if no
+        other is wanted."""
+        return self.step or step * max(1, round(OUTPUT_STEP / step))
+
+
 def _is_result(value: object) -> bool:
     return isinstance(value, Path) or hasattr(value, "data_vars")
 
@@ -214,18 +245,19 @@ class Start(SchemaClass):
     """Time of that run at which this one begins. Without it that is its end."""
 
 
+def _read_duration(value: Any) -> float:
+    try:
+        return DURATION.read(value)
+    except PydanticCustomError as error:
+        raise InputError(f"Scene.duration: {error.message()}") from None
+
+
 @dataclass(frozen=True)
 class Scene:
-    """Complete input of a run; ``output_step`` [s] is a multiple of the solver's step.
+    """Complete input of a run of a ``duration`` [s], or a text with a unit.
 
     ``at_rest`` starts the run at the equilibrium near `Body.position`, under the loads of the
     start. ``initial`` is the state of another run to start from.
-
-    ``output_states`` keeps the whole state at every output time, so that other runs can start from
-    any of them. ``output_impulses`` keeps the impulses of all forces, and the impulses, works and
-    displacements of contacts in each mode. ``output_accelerations`` keeps the accelerations of the
-    bodies. ``wave_probes`` are named points x, y [m] with recorded elevation. ``clearances`` are
-    recorded besides the named points of bodies.
 
     ``accept`` lists the questions that are not asked. ``left_out`` is what files of other programs
     say and the scene has not. ``places`` are file and line of keys of its
@@ -239,22 +271,20 @@ class Scene:
     forces: Mapping[str, ForceElement] = field(default_factory=dict)
     joints: Mapping[str, Joint] = field(default_factory=dict, kw_only=True)
     solver: Solver = field(default_factory=Solver)
-    output_step: float = 0.5
-    output_states: bool = False
-    wave_probes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    clearances: Mapping[str, Clearance] = field(default_factory=dict)
+    output: RunOutput = field(default_factory=RunOutput)
     initial: Start | None = None
     at_rest: bool = False
     accept: tuple[Question, ...] = ()
     source: Mapping[str, Any] = field(default_factory=dict)
-    output_accelerations: bool = False
-    output_impulses: bool = False
     left_out: tuple[OmittedEntry, ...] = ()
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Elements and joints that are written as in a file get what the scene has."""
+        """Values, elements and joints that are written as in a file get what the scene has."""
         self._check_kinds()
+        object.__setattr__(self, "duration", _read_duration(self.duration))
+        if isinstance(self.output, Mapping):
+            object.__setattr__(self, "output", RunOutput(**self.output))
         joints = {name: joint.build_active() for name, joint in self.joints.items()}
         if any(joints[name] is not joint for name, joint in self.joints.items()):
             object.__setattr__(self, "joints", joints)
@@ -278,6 +308,15 @@ class Scene:
             if not isinstance(joint, Joint) or not joint.type:
                 text = f"found {type(joint).__name__}; expected a joint, such as hs.Hinge."
                 raise InputError(f"scene: joints.{name}: {text}")
+
+    @property
+    def output_step(self) -> float:
+        """Time between records [s], a multiple of the solver's step."""
+        return self.output.step_beside(self.solver.step)
+
+    def with_output(self, **keys: Any) -> Scene:
+        """The same with other ``keys`` of its output."""
+        return replace(self, output=replace(self.output, **keys))
 
     @cached_property
     def arrangement(self) -> Arrangement:

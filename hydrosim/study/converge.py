@@ -71,7 +71,7 @@ def converge(
     if the reference fails.
     """
     fine = min(steps) / REFERENCE_STEP_RATIO
-    scene = replace(scene, output_step=common_multiple([*steps, 2 * fine], scene.output_step))
+    scene = scene.with_output(step=common_multiple([*steps, 2 * fine], scene.output_step))
     report(f"reference: rk4 at {fine:g} s")
     reference = simulate(_scene_with_setting(scene, Method.RK4, fine))
     coarser = simulate(_scene_with_setting(scene, Method.RK4, 2 * fine))

@@ -178,7 +178,7 @@ def names_layout(scene: Scene) -> xr.Dataset | None:
     weights = carried_weights(scene)
     names = {
         "name_of_force": list(force_names(scene)),
-        "accelerations": scene.output_accelerations,
+        "accelerations": scene.output.accelerations,
         "carried": list(weights),
         CONTACT_WEIGHT: ("carried", list(weights.values())),
     }

@@ -86,7 +86,7 @@ def test_database_and_model_agree_as_the_fit_does() -> None:
 @pytest.mark.slow
 def test_spectrum_is_the_average_of_many_runs(figure: Figure) -> None:
     """Variances of 50 seeds, each motion within four standard errors of the linear analysis."""
-    scene = replace(free(), solver=Solver(step=0.2), output_step=1.0)
+    scene = replace(free(), solver=Solver(step=0.2)).with_output(step=1.0)
     train = WaveTrain(SEA, heading=np.radians(45.0), ramp=100.0)
     wanted = LinearRequest()
     expected = linear_analysis(in_waves(scene, train), wanted).response_std.values[0]
@@ -146,7 +146,7 @@ def decay(linear: Linear, exponents: np.ndarray, time: np.ndarray, k: int) -> np
 def test_eigenperiods_are_those_of_decays(dof: str, figure: Figure) -> None:
     """A decay from an offset is that of the linear modes, those of the memory included, and no
     longer is if the period of its own mode is off by one part in a thousand."""
-    scene = replace(in_waves(free()), output_step=0.5, duration=150.0)
+    scene = replace(in_waves(free()), duration=150.0).with_output(step=0.5)
     linear = responder(scene).linear
     mode = next(m for m in hs.natural_modes(linear) if m.dof == dof)
     size = 0.1 if dof == "heave" else 0.001

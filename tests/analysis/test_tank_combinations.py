@@ -61,8 +61,8 @@ def barge(source: Any, draught: float, **changes: Any) -> hs.Body:
 def afloat(body: hs.Body, duration: float, step: float = 0.1, **changes: Any) -> hs.Scene:
     """It in still water, with some damping in heave and pitch."""
     damping = LinearDamping("barge", np.diag([0, 0, 3e6, 5e7, 1e9, 0.0]))
-    still = hs.Scene("tanks", duration, (body,), solver=hs.Solver(step=step), output_step=0.5)
-    return replace(still, forces={"damping": damping}, output_states=True, **changes)
+    still = hs.Scene("tanks", duration, (body,), solver=hs.Solver(step=step), output={"step": 0.5})
+    return replace(still, forces={"damping": damping}, **changes).with_output(states=True)
 
 
 def same_later(whole: xr.Dataset, later: xr.Dataset) -> None:

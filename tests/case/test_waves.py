@@ -252,7 +252,7 @@ def test_directions_that_waves_go_to(
 
 def test_probes(load: Load) -> None:
     text = case("spectrum: none") + "output: {wave_probes: {bow: [70 m, 0], stern: [-7e1, 1 km]}}"
-    assert load(text).scene().wave_probes == {"bow": (70.0, 0.0), "stern": (-70.0, 1000.0)}
+    assert load(text).scene().output.wave_probes == {"bow": (70.0, 0.0), "stern": (-70.0, 1000.0)}
 
 
 REFUSED = """

@@ -163,19 +163,19 @@ def base_case() -> hs.Scene:
     )
     return hs.Scene(
         "Reverse float-over, base case",
-        duration=2000.0,
+        duration="2000 s",
         bodies=(barge,),
         environment=hs.Environment(waves=(waves,)),
         forces={"mooring": mooring, "deballast": deballast, "interface": interface},
         solver=hs.Solver(method="rk4", step="0.1 s", unstable="error"),
-        output_step=0.5,
+        output={"step": "0.5 s"},
     )
 
 
 def test_the_base_case_in_python_runs_as_its_file_to_the_bit() -> None:
     file = hs.load_case(ROOT / "cases/reverse_float_over/base.yaml").scene()
     written = base_case()
-    for key in ("bodies", "environment", "forces", "solver", "duration", "output_step"):
+    for key in ("bodies", "environment", "forces", "solver", "duration", "output"):
         assert digest(getattr(written, key)) == digest(getattr(file, key)), key
     runs = [hs.simulate(replace(scene, duration=60.0)) for scene in (written, file)]
     assert runs[0].variables.keys() == runs[1].variables.keys()
@@ -275,6 +275,16 @@ def _winch(**values) -> hs.Winch:
         ),
         (lambda: hs.Environment(waves=hs.Jonswap(1.0, 8.0)), "Environment.waves: found Jonswap"),
         (lambda: hs.Scene("x", 1.0, 3), "scene: bodies: found 3; expected hs.Body"),
+        (lambda: hs.Scene("x", "2 m", [_body()]), 'Scene.duration: found "2 m"; expected a time'),
+        (lambda: hs.Scene("x", -1.0, [_body()]), "Scene.duration: found -1.0; expected a time"),
+        (
+            lambda: hs.Scene("x", 1.0, [_body()], output={"step": "0 s"}),
+            'RunOutput.step: found "0 s"',
+        ),
+        (
+            lambda: hs.Scene("x", 1.0, [_body()], output={"steps": 1.0}),
+            "RunOutput.steps: found an unknown key",
+        ),
         (
             lambda: hs.Scene("x", 1.0, [_body()], joints={"j": _body()}),
             "scene: joi",

@@ -1,7 +1,6 @@
 """`hydrosim explain` on the terminal."""
 
 import re
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -28,7 +27,7 @@ def shaken(period: float, impulses: bool = True) -> Scene:
         "weight": steady(heave=-WEIGHT),
         "shake": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(4e5, period)}),
     }
-    return replace(scene(body, forces, 10.0, 0.1, step=0.02), output_impulses=impulses)
+    return scene(body, forces, 10.0, 0.1, step=0.02).with_output(impulses=impulses)
 
 
 @pytest.fixture
@@ -71,7 +70,7 @@ def test_many_runs_without_contacts(explain: Command, tmp_path: Path) -> None:
     sqrt(3); F t^2 / 2 M is 10 m of 20 kN."""
     body = block(MASS, ("surge",))
     pushes = [
-        replace(scene(body, {"push": steady(surge=x)}, 10.0, 0.1), output_impulses=True)
+        scene(body, {"push": steady(surge=x)}, 10.0, 0.1).with_output(impulses=True)
         for x in (1e4, 2e4, 3e4)
     ]
     path = tmp_path / "pushed.nc"

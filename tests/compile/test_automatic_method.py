@@ -42,7 +42,7 @@ def shipped(case: str, duration: float) -> hs.Scene:
     """The beginning of a shipped case, stepped."""
     scene = hs.load_case(CASES / case).scene()
     solver = replace(scene.solver, linear=LinearScenes.STEP)
-    return replace(scene, duration=duration, output_step=0.5, solver=solver)
+    return replace(scene, duration=duration, solver=solver).with_output(step=0.5)
 
 
 def chosen(scene: hs.Scene) -> tuple[Method, float]:
@@ -64,7 +64,7 @@ def test_errors_are_within_the_accuracy(accuracy: float, figure) -> None:
     free = scene_of("base")
     forces = {"mooring": free.forces["mooring"]}
     barge = in_waves(replace(free, forces=forces, duration=300.0), SEA)
-    barge = replace(barge, output_step=0.5, solver=hs.Solver(kinematics=Kinematics.LINEAR))
+    barge = replace(barge, solver=hs.Solver(kinematics=Kinematics.LINEAR)).with_output(step=0.5)
     exact = hs.simulate(barge)
     assert exact.attrs["solver_linear"].startswith("propagated")
     solver = replace(barge.solver, linear=LinearScenes.STEP)
@@ -100,7 +100,7 @@ def test_slow_paths_and_first_steps_are_within_the_accuracy(accuracy, figure):
 @pytest.mark.parametrize("accuracy", few((1e-4, 1e-7), 1))
 def test_errors_that_nothing_restores_are_within_the_accuracy(accuracy, figure):
     """The sphere turns by more than a round in an hour, free in yaw and without damping there."""
-    sphere = replace(shipped("sphere/irregular.yaml", 3600.0), output_step=2.0)
+    sphere = shipped("sphere/irregular.yaml", 3600.0).with_output(step=2.0)
     run = hs.simulate(automatic(sphere, accuracy))
     error = apart(run, hs.simulate(by_dopri5(sphere, min(accuracy / 1000, 1e-9))))
     figure(f"error of automatic in an hour over its tolerance, {accuracy:g}", error / accuracy)
@@ -166,10 +166,10 @@ def test_what_is_no_accuracy_is_refused(accuracy: float) -> None:
 
 def test_records_may_be_closer_than_the_first_step() -> None:
     """An adaptive method ends its steps at output times, whatever step it begins with."""
-    scene = replace(automatic(shipped("sphere/decay.yaml", 4.0), 1e-4), output_step=0.04)
+    scene = automatic(shipped("sphere/decay.yaml", 4.0), 1e-4).with_output(step=0.04)
     assert scene.output_step < scene.solver.step
     fine = hs.simulate(scene)
-    coarse = hs.simulate(replace(scene, output_step=0.4))
+    coarse = hs.simulate(scene.with_output(step=0.4))
     assert fine.sizes["time"] == 101
     every, there = fine.position.values[::10], coarse.position.values
     np.testing.assert_allclose(every, there, rtol=0, atol=1e-4)

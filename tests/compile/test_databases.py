@@ -248,7 +248,7 @@ def test_coefficients_alone_are_a_damped_oscillator(figure) -> None:
     start = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     buoy = hs.Coefficients(**numbers)
     body = hs.Body("buoy", mass, mass * np.eye(3), buoy, dofs=("heave",), position=start)
-    run = hs.simulate(hs.Scene("decay", 40.0, (body,), output_step=0.5))
+    run = hs.simulate(hs.Scene("decay", 40.0, (body,), output={"step": 0.5}))
     decay, omega = b / (2 * (mass + a)), np.sqrt(c / (mass + a))
     turn = np.sqrt(omega**2 - decay**2)
     t = run.time.values

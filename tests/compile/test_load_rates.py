@@ -119,7 +119,7 @@ def test_a_bolt_in_an_irregular_sea_breaks_at_its_largest_load(seed: int) -> Non
     calm = hs.load_case(SPHERE / "irregular.yaml", {"environment.waves.seed": seed}).scene()
     calm = replace(calm, duration=200.0)
     held = replace(calm, joints={"bolt": hs.Fixed("sphere", breaks_at=1e12)})
-    fine = replace(held, output_step=0.1)
+    fine = held.with_output(step=0.1)
     run = hs.simulate(fine)
     load = CubicSpline(run.time, np.linalg.norm(run.joint_force.values[:, 0, :3], axis=1))
     peaks = load.derivative().roots(extrapolate=False)
@@ -127,7 +127,7 @@ def test_a_bolt_in_an_irregular_sea_breaks_at_its_largest_load(seed: int) -> Non
     breaks = float(load.solve(strength, extrapolate=False)[0])
     bolt = hs.Fixed("sphere", breaks_at=strength)
     solver = replace(held.solver, method=Method.AUTOMATIC, accuracy=1e-6)
-    weak = replace(held, joints={"bolt": bolt}, solver=solver, output_step=5.0)
+    weak = replace(held, joints={"bolt": bolt}, solver=solver).with_output(step=5.0)
     result = hs.simulate(weak)
     is_open = result.lock_mode.values[:, 0] == 0
     assert float(result.time[is_open.argmax()]) == 5.0 * np.ceil(breaks / 5.0)

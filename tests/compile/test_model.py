@@ -104,7 +104,7 @@ def on_springs(dofs: tuple[str, ...], kinematics: Kinematics) -> xr.Dataset:
     spring = hs.LinearMooring("block", stiffness=np.diag(SPRING), damping_ratio=RATIO)
     solver = hs.Solver(step=0.02, kinematics=kinematics)
     swinging = hs.Scene("block", 20.0, (block,), forces={"spring": spring}, solver=solver)
-    return hs.simulate(replace(swinging, output_step=0.1))
+    return hs.simulate(swinging.with_output(step=0.1))
 
 
 # RK4's error over 20 s at w = 2 rad/s: t w (w h)^4 / 120 = 9e-7 of the amplitude.

@@ -159,7 +159,7 @@ def box_triangles(box: Box) -> np.ndarray:
 def coarse_steps() -> hs.Scene:
     scene = scenes.scene_of("free_floating")
     solver = replace(scene.solver, step=1.0, linear=LinearScenes.STEP)
-    return replace(scene, solver=solver, output_step=1.0)
+    return replace(scene, solver=solver).with_output(step=1.0)
 
 
 HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
@@ -577,7 +577,7 @@ def test_periods_that_records_miss_are_asked_about(period: float, asked: int) ->
     """Records every 0.5 s of a sine of 1 s are all alike."""
     push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(1e3, period)})
     scene = dry({"push": push})
-    texts = asked_of(replace(scene, output_step=0.5), Question.STEP)
+    texts = asked_of(scene.with_output(step=0.5), Question.STEP)
     assert len([text for text in texts if "the period of forces.push" in text]) == asked
 
 

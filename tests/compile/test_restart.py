@@ -74,7 +74,7 @@ def test_a_restart_of_a_restart_through_files(whole: xr.Dataset, tmp_path: Path)
 
 def test_a_start_from_any_output_time(whole: xr.Dataset) -> None:
     """And what is kept for it does not change the run."""
-    scene = replace(scenes.in_contact(END), output_states=True)
+    scene = scenes.in_contact(END).with_output(states=True)
     every = hs.simulate(scene)
     assert_same_bytes(every, whole)
     for time in (0.0, 12.5, 99.5):
@@ -84,7 +84,7 @@ def test_a_start_from_any_output_time(whole: xr.Dataset) -> None:
 
 def test_tables_and_ramps_keep_their_phase() -> None:
     """The base case on its way up: a ramp of 200 s and the corner of a table at 500 s."""
-    whole = replace(scenes.scene_of("base"), duration=520.0, output_states=True)
+    whole = replace(scenes.scene_of("base"), duration=520.0).with_output(states=True)
     every = hs.simulate(whole)
     for time in (100.0, 499.5):
         start = replace(whole, duration=520.0 - time, initial=hs.Start(every, time))
@@ -108,7 +108,7 @@ def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
     memory = ConvolutionRadiation(length=40.0)
     scene = scenes.with_body(scenes.in_contact(END), radiation=memory)
     scene = replace(scene, solver=hs.Solver(method=method, step=0.1))
-    whole = hs.simulate(replace(scene, output_states=True))
+    whole = hs.simulate(scene.with_output(states=True))
     assert whole.solver_events >= 20
     for time in (20.0, 30.0, BREAK):
         start = replace(scene, duration=time, initial=None)
@@ -123,7 +123,7 @@ def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
 def test_a_convolution_goes_on_from_within_a_run(figure) -> None:
     """Its past is made anew from the run's grid of polynomials: 2e-10 m of 0.1 m were seen."""
     scene = scenes.with_body(scenes.in_contact(30.0), radiation=ConvolutionRadiation(length=40.0))
-    whole = hs.simulate(replace(scene, output_states=True))
+    whole = hs.simulate(scene.with_output(states=True))
     after = hs.simulate(replace(scene, duration=10.0, initial=hs.Start(whole, 20.0)))
     difference = np.abs(after.position - rest_of(whole, 20.0).position)
     figure("difference [m]", float(difference.max()))
@@ -149,7 +149,7 @@ def test_what_may_be_another(whole: xr.Dataset) -> None:
         "interface": replace(fender, friction=hs.FrictionSlope(0.15, 1e7)),
     }
     solver = hs.Solver(method=Method.HEUN, step=0.07)
-    after = continued(scene, forces=forces, solver=solver, output_step=0.35, duration=35.0)
+    after = continued(scene, forces=forces, solver=solver, output={"step": 0.35}, duration=35.0)
     there = whole.sel(time=BREAK)
     np.testing.assert_allclose(after.time, BREAK + 0.35 * np.arange(101), rtol=1e-12)
     for name in ("position", "velocity", "fender_slip_distance", "energy_work_lift"):
@@ -238,7 +238,7 @@ def refusal(scene: hs.Scene) -> str:
 
 @pytest.fixture(scope="module")
 def short() -> xr.Dataset:
-    return hs.simulate(replace(scenes.scene_of("base"), duration=10.0, output_step=0.5))
+    return hs.simulate(replace(scenes.scene_of("base"), duration=10.0).with_output(step=0.5))
 
 
 def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
@@ -266,7 +266,7 @@ def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
     words = ("found 5 s", "only its last whole state, at 10 s", "output: {states: true}")
     for word in ("initial.time: ", *words):
         assert word in message
-    every = hs.simulate(replace(scene, output_states=True))
+    every = hs.simulate(scene.with_output(states=True))
     message = refusal(replace(scene, initial=hs.Start(every, 5.2)))
     assert "found 5.2 s" in message
     assert "nearest is at 5 s" in message

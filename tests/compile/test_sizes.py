@@ -67,7 +67,7 @@ def test_a_run_of_many_hours_is_asked_about() -> None:
 def test_bodies_that_do_not_feel_each_other_need_memory_for_themselves_alone() -> None:
     """A table of retardation functions for each of them, not for each pair."""
     scene = scene_of("free_floating")
-    still = replace(scene, environment=replace(scene.environment, waves=()), output_step=1e3)
+    still = replace(scene, environment=replace(scene.environment, waves=())).with_output(step=1e3)
     (barge,) = still.bodies
     apart = [replace(barge, name=f"{k}", location=(0.0, 500.0 * k)) for k in range(64)]
     alone = sizes.memory_needed(still)
@@ -79,7 +79,7 @@ def test_bodies_that_do_not_feel_each_other_need_memory_for_themselves_alone() -
 def test_what_needs_no_memory_is_none_of_it() -> None:
     """A long run with few records, in waves that are summed one by one."""
     scene = scene_of("free_floating")
-    check_scene(replace(scene, duration=1e7, output_step=1e3))
+    check_scene(replace(scene, duration=1e7).with_output(step=1e3))
 
 
 @pytest.mark.parametrize("name", ["base", "free_floating"])

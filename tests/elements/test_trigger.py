@@ -126,7 +126,7 @@ def test_what_is_stored_as_elements_come_and_go_is_in_the_ledger(name, element, 
 def test_a_restart_while_something_lasts_is_the_run_to_the_bit():
     when = Active(When(channel="speed.block", above=1.0, lasting=0.7))
     whole = pushed(brake=replace(steady(surge=-6.0), active=when))
-    whole = replace(whole, output_states=True)
+    whole = whole.with_output(states=True)
     run = hs.simulate(whole)
     for time in (0.3, 0.9, 2.0):  # before, while it lasts, after it has begun
         again = hs.simulate(replace(whole, initial=Start(run, time), duration=4.0 - time))
@@ -234,7 +234,7 @@ def test_a_clearance_from_the_plane_of_a_tilted_body_can_be_waited_for(kinematic
     over = Clearance("keel of block", None, Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "deck"))
     push = replace(steady(surge=3.0), active=Active(When(channel="clearance.over", above=2.1)))
     above = scene((passing, deck), {"push": push}, 2.0, 0.1, kinematics=kinematics)
-    run = hs.simulate(replace(above, clearances={"over": over}))
+    run = hs.simulate(above.with_output(clearances={"over": over}))
     exact = kinematics is Kinematics.EXACT
     begun = (2.1 - 2.0 * np.cos(0.3)) / np.sin(0.3) if exact else 0.1 / 0.3
     t = run.time.values

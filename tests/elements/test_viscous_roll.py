@@ -148,7 +148,7 @@ def test_a_simulated_decay_has_the_damping_that_was_measured() -> None:
     w = roll_mode(calm.bodies[0], np.zeros((6, 6)), hull()).frequency
     damping = ViscousRoll("barge", p1=0.14 * w, p2=0.3, period=2.0 * pi / w)
     decaying = afloat(damping, ("roll",), position=moving(roll=0.15))
-    run = hs.simulate(replace(decaying, duration=150.0, output_step=0.1))
+    run = hs.simulate(replace(decaying, duration=150.0).with_output(step=0.1))
     assert "warnings" not in run.attrs
     time = run.time.values
     later = time > 5.0  # the memory has begun

@@ -36,7 +36,7 @@ def compile_reference(scene: Scene, spacing: float = SPACING) -> tuple[Compiled,
     tight = Tolerance(FINE, FINE, FINE)
     exactly = {"linear": LinearScenes.STEP, "kinematics": scene.solver.kinematics}
     solver = Solver(Method.DOPRI5, min(0.005, output_step), tight, **exactly)
-    scene = replace(scene, solver=solver, output_step=output_step)
+    scene = replace(scene, solver=solver).with_output(step=output_step)
     return compile_scene(scene, in_plane=True), finer
 
 

@@ -60,7 +60,7 @@ def tried(case_of: Maker, number: int, turns: bool = True) -> Trial:
     begin = process_time()
     try:
         scene = scene_of(case_of, number)
-        run = _run(replace(scene, output_states=True))
+        run = _run(scene.with_output(states=True))
     except InputError as error:
         return Trial("refused", str(error))
     except HydrosimError as error:

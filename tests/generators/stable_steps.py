@@ -117,7 +117,7 @@ def put(scene: Scene, place: str) -> Scene:
         for name, e in scene.forces.items()
     }
     step = scene.solver.step
-    run = simulate(replace(there, forces=smooth, duration=step, output_step=step))
+    run = simulate(replace(there, forces=smooth, duration=step).with_output(step=step))
     loads = [run[name].values[0, 0] for name in run.data_vars if str(name).startswith("force_")]
     signals = {dof: constant(-load) for dof, load in zip(DOFS, np.sum(loads, axis=0), strict=True)}
     held = {**scene.forces, "held": hs.AppliedForce("barge", (0.0, 0.0, 0.0), signals)}
@@ -137,7 +137,7 @@ def _grown(scene: Scene, step: float, steps: int) -> float:
     """How many times farther two runs are apart than they soon were; infinite if one ends."""
     every = steps // STEPS
     solver = replace(scene.solver, step=step)
-    timed = replace(scene, solver=solver, duration=steps * step, output_step=every * step)
+    timed = replace(scene, solver=solver, duration=steps * step).with_output(step=every * step)
     compiled = compile_scene(timed)
     try:
         here, there = simulate(compiled), simulate(_nearby(compiled))
@@ -165,7 +165,7 @@ def refused(scene: Scene) -> bool:
     step = 0.95 * predicted(scene)
     solver = replace(scene.solver, step=step, unstable=Unstable.ERROR)
     try:
-        simulate(replace(scene, solver=solver, duration=step, output_step=step))
+        simulate(replace(scene, solver=solver, duration=step).with_output(step=step))
     except InputError:
         return True
     return False

@@ -66,7 +66,7 @@ def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> hs
 
 def scene(body: hs.Body, duration: float = 40.0, step: float = 0.1, **changes: Any) -> hs.Scene:
     solver = hs.Solver(step=step)
-    whole = hs.Scene("draughts", duration, (body,), solver=solver, output_step=0.5)
+    whole = hs.Scene("draughts", duration, (body,), solver=solver, output={"step": 0.5})
     return replace(whole, **changes)
 
 

@@ -55,7 +55,7 @@ def test_the_last_slope_of_a_step_begins_the_next() -> None:
     lift = central_force("barge", heave=ramp)
     solver = Solver(method=Method.DOPRI5, step=0.1, linear=LinearScenes.STEP)
     scene = replace(scene, forces={**scene.forces, "lift": lift}, duration=20.0, solver=solver)
-    run = hs.simulate(replace(scene, output_step=1.0))
+    run = hs.simulate(scene.with_output(step=1.0))
     tried = run.attrs["solver_steps"] + run.attrs["solver_rejected"]
     assert run.attrs["solver_evaluations"] == 6 * tried + 1
 
@@ -65,7 +65,7 @@ def test_work_of_the_recorded_forces_is_the_kinetic_energy() -> None:
     the error of a cubic spline through records 0.1 s apart; A_inf is that of the database, which
     Ogilvie's relation changes by less than 1 %."""
     sea = WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
-    scene = replace(in_waves(scene_of("free_floating"), sea), duration=200.0, output_step=0.1)
+    scene = replace(in_waves(scene_of("free_floating"), sea), duration=200.0).with_output(step=0.1)
     run = hs.simulate(scene)
     forces = [run[name] for name in run.data_vars if str(name).startswith("force_")]
     power = (sum(forces) * run.velocity).sum(("body", "dof")).values

@@ -123,7 +123,7 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(radiation, validated):
     place = scenes.moving(yaw=0.4)
     scene = barge(position=place, radiation=radiation, dofs=("yaw",))
     scene = replace(scene, environment=hs.Environment(current=scenes.stream_of(U)), duration=1.0)
-    scene = replace(scene, output_step=0.1)  # soon, before a memory of the spin is felt
+    scene = scene.with_output(step=0.1)  # soon, before a memory of the spin is felt
     run, model = hs.simulate(scene), compile_scene(scene).model
     along, aside = (about_z(0.4).T @ -U[:3])[:2]
     A, inertia = model.added_mass, model.bodies.each[0]["inertia"][2, 2]

@@ -50,7 +50,7 @@ def ringing(method: Method, step: float, damping: float, push: float = 0.0) -> h
     body = block(1.0, ["surge"], position=(free, 0, 0, 0, 0, 0))
     solver = hs.Solver(method=method, step=step, linear=LinearScenes.STEP)
     forces = {"spring": spring, "push": slow}
-    return hs.Scene("ringing", 60.0, (body,), forces=forces, solver=solver, output_step=0.25)
+    return hs.Scene("ringing", 60.0, (body,), forces=forces, solver=solver, output={"step": 0.25})
 
 
 def told(run: object) -> list[str]:

@@ -55,7 +55,7 @@ def dry(
     """A scene without water, recorded every 0.5 s, with small angles unless asked otherwise."""
     settings = hs.Solver(**{"step": 0.1, "kinematics": Kinematics.LINEAR, **solver})
     bodies = (bodies,) if isinstance(bodies, hs.Body) else bodies
-    return hs.Scene("dry", duration, bodies, forces=forces, solver=settings, output_step=0.5)
+    return hs.Scene("dry", duration, bodies, forces=forces, solver=settings, output={"step": 0.5})
 
 
 def barge(step: float = 0.1, **changes: Any) -> hs.Scene:
@@ -63,7 +63,12 @@ def barge(step: float = 0.1, **changes: Any) -> hs.Scene:
     loads = hs.WaveForces(second_order=SecondOrder.NEWMAN)
     scene = scenes.with_body(scenes.scene_of("free_floating"), dofs=PLANAR, wave_forces=loads)
     scene = scenes.in_waves(scene, hs.WaveTrain(scenes.SEA, ramp=73.33))
-    changes = {"duration": 200.0, "output_step": 0.4, "solver": hs.Solver(step=step), **changes}
+    changes = {
+        "duration": 200.0,
+        "output": {"step": 0.4},
+        "solver": hs.Solver(step=step),
+        **changes,
+    }
     return replace(scene, **changes)
 
 

@@ -63,7 +63,7 @@ def dashpot(step: float, method: Method) -> Scene:
     body = Body("block", 2.0, np.eye(3), dofs=("surge",), velocity=(1.0, 0, 0, 0, 0, 0))
     solver = Solver(method=method, step=step, linear=LinearScenes.STEP)
     forces = {"damper": damper}
-    return Scene("dashpot", 40.0, (body,), forces=forces, solver=solver, output_step=step)
+    return Scene("dashpot", 40.0, (body,), forces=forces, solver=solver, output={"step": step})
 
 
 @pytest.mark.parametrize(("method", "z"), [(Method.RK2, 2.0), (Method.RK4, 2.7853)])
@@ -110,7 +110,7 @@ def moving_block(
     plane = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     fender = hs.Fender("block", np.zeros((1, 3)), plane, press, law)
     body = Body("block", mass, np.eye(3), dofs=("surge",), velocity=(speed, 0, 0, 0, 0, 0))
-    return Scene("block", 30.0, (body,), forces={"fender": fender}, output_step=0.1)
+    return Scene("block", 30.0, (body,), forces={"fender": fender}, output={"step": 0.1})
 
 
 def stuck_block(slope: float) -> Scene:
@@ -131,7 +131,7 @@ def stuck_barge(slope: float) -> Scene:
     table = central_force("barge", **signals)
     start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
     interface = replace(fender, normal=curve, friction=law)
-    whole = replace(with_body(in_waves(base), **start), duration=30.0, output_step=0.1)
+    whole = replace(with_body(in_waves(base), **start), duration=30.0).with_output(step=0.1)
     return replace(whole, forces={"lift": table, "interface": interface})
 
 
@@ -141,7 +141,7 @@ def sliding_block(law: hs.StickSlip, opened: bool, step: float) -> Scene:
     press = hs.PrescribedNormal(Table(np.array([2.0, 3.0]), force))
     solver = Solver(step=step)
     scene = moving_block(1e15, 1.0, law, press)
-    return replace(scene, duration=3.0 + 300 * step, solver=solver, output_step=step)
+    return replace(scene, duration=3.0 + 300 * step, solver=solver).with_output(step=step)
 
 
 def slope_at_limit(scene: Callable[[float], Scene]) -> float:

@@ -28,7 +28,7 @@ def turning(step: float = 0.01, method: Method = Method.RK4, **changes: Any) -> 
     """A free body with ``START`` and ``SPIN``, drifting along."""
     body = dry_body(position=(0, 0, 0, *START), velocity=(1.0, -2.0, 0.5, *SPIN))
     bodies = (replace(body, **changes),)
-    return Scene("top", DURATION, bodies, solver=Solver(method, step), output_step=0.1)
+    return Scene("top", DURATION, bodies, solver=Solver(method, step), output={"step": 0.1})
 
 
 def angular_momentum(run: xr.Dataset) -> np.ndarray:
@@ -152,7 +152,9 @@ def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
         "fender": fender,
     }
     solver = Solver(step=0.01, kinematics=kinematics)
-    scene = Scene("swinging", 3.0, (lower, upper), forces=forces, solver=solver, output_step=0.1)
+    scene = Scene(
+        "swinging", 3.0, (lower, upper), forces=forces, solver=solver, output={"step": 0.1}
+    )
     run = simulate(scene)
     assert len(np.unique(run.fender_mode)) == 3
     return run.position.values.reshape(-1, 12)

@@ -40,7 +40,7 @@ def sliding() -> Scene:
         "shake": hs.AppliedForce("top", (0.0, 0.0, 0.5), shake),
     }
     found = scene((top, deck), forces, 12.0, 0.1, step=0.01)
-    return replace(found, output_impulses=True, output_accelerations=True)
+    return found.with_output(impulses=True, accelerations=True)
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +135,7 @@ def test_rigid_friction_is_in_stick() -> None:
         "weight": steady(heave=-WEIGHT),
         "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), press),
     }
-    run = hs.simulate(replace(scene(body, forces, 2.0, 0.1, step=0.01), output_impulses=True))
+    run = hs.simulate(scene(body, forces, 2.0, 0.1, step=0.01).with_output(impulses=True))
     at_one = run.sel(time=1.0)
     stick = at_one.contact_friction.sel(contact_mode="stick", axis="x")
     np.testing.assert_allclose(stick, -0.1 * WEIGHT, rtol=1e-9)
@@ -151,7 +151,7 @@ def test_a_slope_is_less_than_coefficient_times_load() -> None:
     feet = on_floor(1e7, hs.FrictionSlope(MU_K, 1e6))
     forces = {"floor": replace(feet, plane=replace(FLOOR, point=(0, 0, WEIGHT / 1e7)))}
     forces["push"] = hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(1e5, 2.0)})
-    run = hs.simulate(replace(scene(body, forces, 5.0, 0.1, step=0.01), output_impulses=True))
+    run = hs.simulate(scene(body, forces, 5.0, 0.1, step=0.01).with_output(impulses=True))
     d = gained(run)
     slip = d.contact_friction.sel(contact_mode="slip", axis="x")
     assert abs(float(slip.sum())) < 0.9 * MU_K * WEIGHT * 5.0
@@ -161,7 +161,7 @@ def test_a_slope_is_less_than_coefficient_times_load() -> None:
 
 
 def test_what_is_not_asked_for_changes_nothing(run: xr.Dataset) -> None:
-    bare = hs.simulate(replace(sliding(), output_impulses=False, output_accelerations=False))
+    bare = hs.simulate(sliding().with_output(impulses=False, accelerations=False))
     new = {str(name) for name in {*run.variables} - {*bare.variables}}
     assert {"impulse", "work", "momentum", "acceleration", "contact_time"} < new
     assert run.sizes["state"] > bare.sizes["state"]
@@ -191,10 +191,10 @@ def test_linear_scenes_are_stepped_for_it() -> None:
     """And say so."""
     body = block(MASS, ("surge",))
     forces = {"push": hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(1e5, 2.0)})}
-    found = replace(scene(body, forces, 5.0, 0.1), output_impulses=True)
+    found = scene(body, forces, 5.0, 0.1).with_output(impulses=True)
     linear = replace(found, solver=replace(found.solver, linear=LinearScenes.EXACT))
     said = str(hs.simulate(linear).attrs["solver_linear"])
     assert "output.impulses needs integrals over time steps" in said
     assert "stepped" in said
-    exact = hs.simulate(replace(linear, output_impulses=False))
+    exact = hs.simulate(linear.with_output(impulses=False))
     assert "exactly" in str(exact.attrs["solver_linear"])

@@ -60,7 +60,7 @@ def test_elevation_at_probes() -> None:
         20.0,
         (block(2.0, ["surge"]),),
         environment=Environment(waves=(wave,)),
-        wave_probes={"here": (0.0, 0.0), "there": (7.0, ahead)},
+        output={"wave_probes": {"here": (0.0, 0.0), "there": (7.0, ahead)}},
     )
     run = hs.simulate(scene)
     probes = run.wave_elevation_at_probe
@@ -76,11 +76,13 @@ def test_elevation_at_probes() -> None:
 @pytest.mark.parametrize("duration", [9.2, 9.23])
 def test_the_end_is_recorded_whatever_the_duration(method: Method, duration: float) -> None:
     """On an output time or not, on the grid of the steps or not; the last interval is shorter."""
-    scene = replace(in_contact(10.0), solver=Solver(method=method, step=0.1), output_step=0.5)
+    scene = replace(in_contact(10.0), solver=Solver(method=method, step=0.1)).with_output(step=0.5)
     run, longer = (hs.simulate(replace(scene, duration=end)) for end in (duration, 10.0))
     assert_allclose(run.time, [*0.5 * np.arange(19), duration], rtol=1e-12)
     assert_array_equal(run.position[:-1], longer.position[:19])
-    exact = hs.simulate(replace(scene, solver=Solver(step=0.01), output_step=0.01, duration=10.0))
+    exact = hs.simulate(
+        replace(scene, solver=Solver(step=0.01), duration=10.0).with_output(step=0.01)
+    )
     there = exact.position.sel(time=duration, method="nearest")
     assert_allclose(run.position[-1], there, atol=1e-5)  # the steps' error by then
 
@@ -250,7 +252,7 @@ def test_round_trip_through_netcdf(scene: str, tmp_path: Path) -> None:
 def test_writing_replaces_the_file_at_once(tmp_path: Path) -> None:
     """A result that cannot be written leaves the last one as it was."""
     path = tmp_path / "run.nc"
-    run = hs.simulate(replace(in_contact(1.0), output_step=0.1))
+    run = hs.simulate(in_contact(1.0).with_output(step=0.1))
     write_run(run, path)
     before = path.read_bytes()
     with pytest.raises((TypeError, ValueError)):

@@ -1,7 +1,5 @@
 """Points and bodies may be called as they please: nobody takes their names apart."""
 
-from dataclasses import replace
-
 import numpy as np
 from scenes import block, moving, scene
 
@@ -26,7 +24,7 @@ def test_names_with_of_and_to_in_them() -> None:
         ]
         ends = f"{point} of {body}", f"{point} of {other}"
         flight = scene(bodies, {}, 2.0, 0.1)
-        run = hs.simulate(replace(flight, clearances={"gap": Clearance(of=ends[0], to=ends[1])}))
+        run = hs.simulate(flight.with_output(clearances={"gap": Clearance(of=ends[0], to=ends[1])}))
         names = [f"{kind}.{' to '.join(ends)}.{axis}" for kind in KINDS for axis in "xyz"]
         names.append(f"point_velocity.{ends[0]}.y")
         runs[body] = [channel_series(run, name)[0] for name in names] + [run.clearance.values[:, 0]]

@@ -50,7 +50,7 @@ def removal(rate: float = 1e3, lift: float = 3.0) -> Scene:
         "lift": hs.AppliedForce("barge", (0.0, 0.0, 0.0), push),
     }
     run = scene((top, barge), forces, 1000.0, 1.0, step=0.05)
-    return replace(run, clearances={"gap": Clearance("keel of top", "deck of barge")})
+    return run.with_output(clearances={"gap": Clearance("keel of top", "deck of barge")})
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_quasi_static_times_of_the_stages(run):
 def test_loads_at_every_record_are_weight_and_inertia():
     """Barge and supports carry m (g + a), to rounding, also where they are thrown about; that a is
     the rate of the velocity the next test sees to."""
-    run = hs.simulate(replace(removal(lift=200.0), duration=20.0, output_accelerations=True))
+    run = hs.simulate(replace(removal(lift=200.0), duration=20.0).with_output(accelerations=True))
     load = run.contact_load
     total = load.sel(contact_group="legs") + load.sel(contact_group="pad")
     a = run.acceleration.sel(body="top", dof="heave").values
@@ -97,7 +97,7 @@ def test_loads_at_every_record_are_weight_and_inertia():
 
 def test_impulses_of_contacts_add_up_to_those_of_their_group():
     """Both are in the run, and it can be explained."""
-    run = hs.simulate(replace(removal(), output_impulses=True))
+    run = hs.simulate(removal().with_output(impulses=True))
     each = run.contact_impulse.sum(["fender", "contact_mode"]).values
     group = run.group_impulse.sum("contact_group").values
     assert each - each[0] == pytest.approx(group - group[0], rel=1e-9, abs=1e-9 * np.ptp(group))
@@ -113,7 +113,7 @@ def test_accelerations_are_the_rates_of_velocities():
     missed = []
     for step in (0.02, 0.01):
         tumbling = scene(block(1e3, velocity=spin), {"line": line}, 4.0, step)
-        run = hs.simulate(replace(tumbling, output_accelerations=True))
+        run = hs.simulate(tumbling.with_output(accelerations=True))
         a, v = run.acceleration.values[:, 0], run.velocity.values[:, 0]
         assert np.ptp(a, axis=0).min() > 0.1
         gained = step / 3.0 * (a[:-2:2] + 4.0 * a[1::2] + a[2::2])
@@ -139,8 +139,8 @@ def test_points_of_a_body_that_turns(kinematics):
     other = block(1.0, ("surge",), "other", position=moving(pitch=0.2))
     plane = Clearance("bow of ship", None, hs.Plane((1.0, 0.0, 0.5), (0.0, 0.0, 2.0), "other"))
     solver = Solver(step=0.1, kinematics=kinematics, linear=still)
-    at = Scene("points", 0.2, (ship, other), solver=solver, output_step=0.1)
-    run = hs.simulate(replace(at, clearances={"over": plane}))
+    at = Scene("points", 0.2, (ship, other), solver=solver, output={"step": 0.1})
+    run = hs.simulate(at.with_output(clearances={"over": plane}))
     a, b, c = 0.2, -0.1, 0.3
     Rx = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     Ry = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
@@ -156,7 +156,7 @@ def test_points_of_a_body_that_turns(kinematics):
 
 
 def test_a_clearance_of_nothing_is_refused():
-    bad = replace(removal(), clearances={"gap": Clearance("mast of top", "deck of barge")})
+    bad = removal().with_output(clearances={"gap": Clearance("mast of top", "deck of barge")})
     with pytest.raises(InputError, match=r"clearances\.gap\.of: found mast of top; expected one"):
         hs.compile_scene(bad)
 
@@ -188,7 +188,7 @@ def test_records_seldom_or_often_tell_the_same():
     """Times, counts, speeds and forces are of events and steps; shares of the weight of an impulse
     that is known to order 4 between records."""
     brisk = replace(removal(lift=30.0), duration=120.0)
-    often, seldom = (hs.simulate(replace(brisk, output_step=step)) for step in (0.25, 1.0))
+    often, seldom = (hs.simulate(brisk.with_output(step=step)) for step in (0.25, 1.0))
     assert often.recontacts.sel(contact_group="pad") == 0.0
     assert float(often.stage_time.sel(contact_group="legs", stage="separated")) > 0.0
     for name, found in stages(often).items():
@@ -250,11 +250,11 @@ def test_without_a_group_nothing_is_remembered():
 
 
 def test_a_restart_knows_the_stages_before_it():
-    whole = hs.simulate(replace(bouncing(group="feet"), output_states=True))
+    whole = hs.simulate(bouncing(group="feet").with_output(states=True))
     again = hs.simulate(replace(bouncing(group="feet"), duration=1.5, initial=Start(whole, 1.0)))
     for name, found in stages(whole).items():
         assert np.array_equal(found, again[name], equal_nan=True), name
-    unknown = hs.simulate(replace(bouncing(), output_states=True))
+    unknown = hs.simulate(bouncing().with_output(states=True))
     new = hs.simulate(replace(bouncing(group="feet"), duration=1.5, initial=Start(unknown, 1.0)))
     first = float(new.stage_time.sel(contact_group="feet", stage="first contact"))
     assert first >= 1.0

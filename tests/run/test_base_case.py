@@ -56,7 +56,7 @@ def test_without_friction_it_swings_about_its_moorings() -> None:
 def test_the_second_order_loads_alone_bring_the_offset() -> None:
     """Newman's loads have the mean sum_i D_i a_i^2; on the free barge its quotient with the mooring
     stiffness is the mean surge."""
-    free = replace(scene_of("free_floating"), output_step=1.0)
+    free = scene_of("free_floating").with_output(step=1.0)
     run = hs.simulate(free).sel(body="barge", dof="surge", time=slice(600.0, None))
     assert 0.05 < float(run.position.mean()) < 0.4
     assert float(run.position.mean()) == pytest.approx(
@@ -70,7 +70,7 @@ def test_the_implicit_method_keeps_its_tolerance_through_contact(figure: Figure)
     nowhere, or the error is too large: shorter steps are then taken. Error and tolerance
     go together: a hundredth of one has a hundredth of the other, against rk4 at 0.0125 s, whose
     own error is 1e-10 m."""
-    scene = replace(scene_of("base"), duration=660.0, output_step=0.4)
+    scene = replace(scene_of("base"), duration=660.0).with_output(step=0.4)
     exact = replace(scene, solver=replace(scene.solver, step=0.0125))
     there, errors = hs.simulate(exact).position.sel(dof="surge").values, []
     for relative in (1e-6, 1e-8):

@@ -43,7 +43,7 @@ def test_orders_and_errors_of_an_oscillator(tmp_path: Path) -> None:
 def test_adaptive_error_follows_the_tolerance() -> None:
     """Over four decades of the tolerance, on a smooth motion."""
     tolerances = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
-    scene = replace(oscillator(), output_step=3.0)
+    scene = oscillator().with_output(step=3.0)
     study = converge(scene, [Method.DOPRI5], [0.005], tolerances)
     errors = np.array([t.motion for t in study.trials])
     slope = np.polyfit(np.log10(tolerances), np.log10(errors), 1)[0]

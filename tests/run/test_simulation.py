@@ -31,7 +31,7 @@ def three_hours() -> xr.Dataset:
         wave_forces=WaveForces(first_order=True),
     )
     solver = Solver(method=Method.RK2, step=0.5)
-    return hs.simulate(replace(scene, duration=REPEAT, solver=solver, output_step=0.5))
+    return hs.simulate(replace(scene, duration=REPEAT, solver=solver).with_output(step=0.5))
 
 
 def lines(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -111,7 +111,7 @@ def test_the_sea_does_not_depend_on_the_duration() -> None:
 
 def test_what_is_recorded_does_not_change_the_run() -> None:
     rare, often = (
-        hs.simulate(replace(in_contact(60.0), output_step=step)).sel(time=slice(0, None, 1))
+        hs.simulate(in_contact(60.0).with_output(step=step)).sel(time=slice(0, None, 1))
         for step in (2.0, 0.1)
     )
     assert np.array_equal(rare.position, often.position.sel(time=rare.time, method="nearest"))

@@ -1,7 +1,6 @@
 """Means of forces that change between records: by impulses, and told."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -78,9 +77,9 @@ def test_a_smooth_force_has_the_mean_of_its_records() -> None:
 def test_knocks_between_records_count() -> None:
     """Of one run recorded every 5 s the mean contact forces are those that records every 0.05 s
     have, group and points alike."""
-    scene = replace(in_contact(90.0, step=0.05), output_impulses=True)
-    fine = hs.simulate(replace(scene, output_step=0.05))
-    coarse = hs.simulate(replace(scene, output_step=5.0))
+    scene = in_contact(90.0, step=0.05).with_output(impulses=True)
+    fine = hs.simulate(scene.with_output(step=0.05))
+    coarse = hs.simulate(scene.with_output(step=5.0))
     name = "force_interface.barge.heave"
     found = statistics(coarse, channels=[name])
     values = fine.force_interface.sel(body="barge", dof="heave").values

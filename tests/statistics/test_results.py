@@ -73,7 +73,7 @@ def dragged() -> Scene:
         "push": AppliedForce("block", (0.0, 0.0, 0.0), push),
     }
     found = scene(block(MASS, ("surge", "heave")), forces, 4.0, 0.1, step=0.01)
-    return replace(found, output_impulses=True)
+    return found.with_output(impulses=True)
 
 
 def test_why_a_body_moved_is_what_is_explained_of_it() -> None:
@@ -121,7 +121,7 @@ def test_what_a_run_lacks_is_a_message(asked: StageResult | MotionCauseResult, w
 
 
 def test_impulses_are_needed_to_say_why() -> None:
-    run = hs.simulate(replace(dragged(), duration=1.0, output_impulses=False))
+    run = hs.simulate(replace(dragged(), duration=1.0).with_output(impulses=False))
     with pytest.raises(InputError, match="without impulse"):
         figure_of(run, MotionCauseResult("a", "displacement"))
     with pytest.raises(InputError, match="without impulse"):

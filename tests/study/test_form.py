@@ -28,7 +28,7 @@ def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = True) -> Sce
     floor = on_floor(1e6, law, places)
     body = block(1e3, ("surge", "heave"))
     forces = {"floor": floor, "weight": steady(heave=-1e4), "push": steady(surge=3e3)}
-    return replace(dry(body, forces, 2.0, 0.1, step=0.01), output_impulses=impulses)
+    return dry(body, forces, 2.0, 0.1, step=0.01).with_output(impulses=impulses)
 
 
 def without(scene: Scene, *names: str) -> Scene:

@@ -216,7 +216,7 @@ def test_seeds_of_several_wave_trains() -> None:
     ("change", "said"),
     [
         ({"duration": 30.0}, "duration 60.0 in run 0 and 30.0 in run 1.*the same"),
-        ({"output_step": 1.0}, "output_step 0.5 in run 0 and 1.0 in run 1"),
+        ({"output": {"step": 1.0}}, "output_step 0.5 in run 0 and 1.0 in run 1"),
     ],
 )
 def test_runs_that_do_not_fit_together_are_refused(change: dict[str, float], said: str) -> None:

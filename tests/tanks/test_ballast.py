@@ -155,7 +155,7 @@ def test_water_taken_in_from_rest_keeps_the_momentum(method: Method) -> None:
     body = loaded(fill, dofs=("surge",), velocity=moving(surge=2.0))
     step = 1e-3 if method == Method.RK2 else 0.1
     still = weightless(body, 50.0, 1.0, method=method, step=step)
-    run = hs.simulate(replace(still, output_states=True))
+    run = hs.simulate(still.with_output(states=True))
     mass, _, _ = whole(run, body)
     error = {Method.RK2: 4e-12, Method.ESDIRK4: 3e-12}.get(method, 1e-12)
     assert_allclose(mass * run.velocity.values[:, 0, 0], 2.0 * MASS, rtol=error)
@@ -166,7 +166,7 @@ def test_water_taken_in_keeps_momentum_of_a_spinning_body_in_a_current() -> None
     """Linear and angular momentum change by what the water brings with it, of the current."""
     fill = hs.Pump("fill", 100.0, None, "right")
     body = loaded(fill, velocity=moving(surge=2.0, roll=0.2, pitch=-0.1, yaw=0.3))
-    still = replace(weightless(body, 20.0, 0.5, step=0.01), output_states=True)
+    still = weightless(body, 20.0, 0.5, step=0.01).with_output(states=True)
     run = hs.simulate(still)
     linear, angular = momentum(run, body)
     assert_allclose(linear, np.tile(linear[0], (41, 1)), atol=1e-10 * np.abs(linear).max())
@@ -183,7 +183,7 @@ def test_a_spinning_body_that_pumps_between_its_tanks_keeps_its_momentum() -> No
     pump = hs.Pump("across", 300.0, "left", "right", start=2.0, stop=14.0)
     body = loaded(pump, velocity=moving(surge=0.3, sway=0.1, roll=0.4, pitch=-0.2, yaw=0.5))
     still = weightless(body, 20.0, 0.5, step=2.5e-3)
-    run = hs.simulate(replace(still, output_states=True))
+    run = hs.simulate(still.with_output(states=True))
     flowing = (run.time.values > 2.0) & (run.time.values <= 14.0)
     at_rest, on_the_way = momentum(run, body), momentum(run, body, 300.0)
     for still_then, then in zip(at_rest, on_the_way, strict=True):
@@ -246,7 +246,7 @@ def test_a_plan_of_levels_is_followed() -> None:
     """Levels at the points of the plan, straight in between for a box."""
     plan = hs.Plan(np.array([1.0, 5.0, 9.0]), np.array([2.0, 0.5, 1.5]))
     body = loaded(tanks=(replace(LEFT, plan=plan), RIGHT), dofs=("surge",))
-    run = hs.simulate(replace(weightless(body, 10.0, 0.5), output_states=True))
+    run = hs.simulate(weightless(body, 10.0, 0.5).with_output(states=True))
     area = 0.9 * 2.0 * 2.5
     level = np.interp(run.time, plan.time, plan.level)
     assert_allclose(volumes(run, body)["left"], area * level, atol=1e-9)
@@ -266,7 +266,7 @@ def test_pumps_start_and_stop_at_levels_and_when_a_tank_is_empty() -> None:
         ),
     )
     body = loaded(*pumps, dofs=("surge",))
-    run = hs.simulate(replace(weightless(body, 30.0, 0.5, step=0.1), output_states=True))
+    run = hs.simulate(weightless(body, 30.0, 0.5, step=0.1).with_output(states=True))
     t, area = run.time.values, 0.9 * 2.0 * 2.5
     left = np.clip(area * 2.0 - 0.5 * np.maximum(t - 1.0, 0.0), 0.0, None)
     begun = 1.0 + area * 1.0 / 0.5
@@ -326,7 +326,7 @@ def test_a_restart_in_the_midst_of_pumping_is_the_same_run_to_the_bit() -> None:
     )
     body = loaded(*pumps, velocity=moving(heave=-0.2, pitch=0.1, yaw=0.1))
     line = {"line": LinearMooring("block", np.diag([3e4, 2e4, 2e5, 4e5, 5e5, 6e5]))}
-    full = replace(scene(body, line, 12.0, 0.5, step=0.05), output_states=True)
+    full = scene(body, line, 12.0, 0.5, step=0.05).with_output(states=True)
     run = hs.simulate(full)
     for time in (0.5, 3.0, 6.0):
         start = hs.scene.Start(run, time)

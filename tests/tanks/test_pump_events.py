@@ -27,7 +27,7 @@ def pushed(*pumps: hs.Pump, forces: dict[str, Any] = PUSH, **changes: Any) -> hs
     body = block(MASS, ("surge",), weight=Weight.CARRIED, tanks=(LEFT, RIGHT), pumps=pumps)
     body = replace(body, constant_inertia=True)
     still = scene(body, forces, 20.0, 0.5, **{"step": 0.1, **changes})
-    return replace(still, environment=hs.Environment(gravity=1e-30), output_states=True)
+    return replace(still, environment=hs.Environment(gravity=1e-30)).with_output(states=True)
 
 
 def levels(run: xr.Dataset, name: str) -> np.ndarray:
@@ -100,7 +100,7 @@ def swung(step: float) -> hs.Scene:
     body = replace(body, position=moving(surge=0.3, roll=0.1), velocity=moving(heave=0.4))
     stiffness = np.diag([3e4, 2e4, 2e6, 4e5, 5e5, 6e5])
     hung = scene(body, {"line": LinearMooring("block", stiffness)}, 12.0, 0.5, step=step)
-    return replace(hung, environment=hs.Environment(gravity=1.0), output_states=True)
+    return replace(hung, environment=hs.Environment(gravity=1.0)).with_output(states=True)
 
 
 def test_the_order_of_the_method_is_kept_through_events_of_pumps() -> None:

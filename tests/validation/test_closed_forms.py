@@ -46,7 +46,7 @@ def test_long_waves_lift_a_box_with_them(validated: Validated) -> None:
         (box(wave_forces=WaveForces()),),
         Environment(waves=(train,)),
         solver=Solver(step=0.22),
-        output_step=1.1,
+        output={"step": 1.1},
     )
     late = simulate(scene).sel(time=slice(10 * period, None))
     heave, eta = late.position.sel(dof="heave").values[:, 0], late.wave_elevation.values

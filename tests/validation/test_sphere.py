@@ -45,7 +45,7 @@ def scene(sphere: HydroDatabase, duration: float, step: float, **changes: object
         (replace(body, **changes),),
         environment=water,
         solver=Solver(step=step),
-        output_step=step,
+        output={"step": step},
     )
 
 

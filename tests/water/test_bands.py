@@ -223,8 +223,8 @@ def yawing(duration: float) -> hs.Scene:
     loads = hs.WaveForces(second_order=SecondOrder.NEWMAN, headings=Place.SLOW, position=Place.MEAN)
     moved = with_body(base, wave_forces=loads, velocity=(0.0, 0.0, 0.0, 0.0, 0.0, 0.005))
     solver = hs.Solver(step=0.1, symmetry=Symmetry.IGNORE)
-    return replace(
-        moved, forces={}, duration=duration, solver=solver, output_step=2.0, output_states=True
+    return replace(moved, forces={}, duration=duration, solver=solver).with_output(
+        step=2.0, states=True
     )
 
 

@@ -26,7 +26,7 @@ def yawing(headings: Place, position: Place = Place.MEAN) -> Scene:
     moorings = LinearMooring("barge", stiffness=np.diag([2e6, 2e6, 0.0, 0.0, 0.0, 5e9]))
     solver = Solver(step=0.2, symmetry=Symmetry.IGNORE)
     scene = replace(turned, forces={"moorings": moorings}, solver=solver)
-    return replace(scene, duration=200.0, output_step=0.2)
+    return replace(scene, duration=200.0).with_output(step=0.2)
 
 
 def roll(scene: Scene) -> np.ndarray:

@@ -105,13 +105,13 @@ def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> hs.Scene:
     loads = hs.WaveForces(second_order=SecondOrder.NEWMAN, headings=place, position=place)
     moved = with_body(base, wave_forces=loads, velocity=(0.8, 0.3, 0.0, 0.0, 0.0, 0.005))
     solver = hs.Solver(step=0.1, symmetry=Symmetry.IGNORE)
-    return replace(moved, forces={}, duration=duration, solver=solver, output_step=2.0)
+    return replace(moved, forces={}, duration=duration, solver=solver).with_output(step=2.0)
 
 
 def test_a_run_is_of_order_four_and_restarts_to_the_bit() -> None:
     """Loads are a function of time and state: halving the step shows the integrator's order, and a
     run that starts from the middle of another goes on as that one did."""
-    scene = replace(drifting(), output_states=True)
+    scene = drifting().with_output(states=True)
     fine, half, whole = (
         motion(hs.simulate(replace(scene, solver=replace(scene.solver, step=step))))
         for step in (0.05, 0.1, 0.2)
@@ -128,7 +128,7 @@ def test_a_convolution_restarts_to_the_bit_where_a_path_begins() -> None:
     """The acceleration that is remembered there is that of the new path, in both runs: to the bit
     from the end of a run, to rounding from the midst of it."""
     scene = with_body(drifting(30.0), radiation=ConvolutionRadiation(length=20.0))
-    whole = hs.simulate(replace(scene, output_states=True))
+    whole = hs.simulate(scene.with_output(states=True))
     before = hs.simulate(replace(scene, duration=22.0))
     after = hs.simulate(replace(scene, initial=hs.Start(before, 22.0), duration=8.0))
     np.testing.assert_array_equal(motion(after), motion(whole)[11:])
@@ -229,7 +229,7 @@ def test_a_run_that_goes_on_is_met_by_waves_as_before() -> None:
     from its state, whatever the start of the bodies is in the new case."""
     start = (3.0, 1.0, 0.0, 0.0, 0.0, 0.5)
     case = in_waves(scene_of("free_floating"), hs.WaveTrain(hs.Jonswap(1.5, 9.0), heading=0.7))
-    case = replace(case, forces={}, duration=24.0, output_states=True)
+    case = replace(case, forces={}, duration=24.0).with_output(states=True)
     whole = with_body(case, position=start)
     run = hs.simulate(whole)
     assert run.attrs["waves_meet_barge"] == "slow slow"

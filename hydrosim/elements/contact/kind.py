@@ -365,7 +365,7 @@ class ContactKind(KindOfContacts):
             "fender_group": ("fender", groups, description),
             "contact_group": ("contact_group", [*dict.fromkeys(groups)], description),
             **kind.capacity_of(self.unit, kind.elements_of(scene, self.classes)),
-            **(_kinetic_coefficients(scene) if scene.output_impulses else {}),
+            **(_kinetic_coefficients(scene) if scene.output.impulses else {}),
         }
 
     def record(

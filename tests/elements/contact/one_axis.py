@@ -5,7 +5,7 @@ The laws of friction and contact are written out here for one axis, and integrat
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -48,7 +48,7 @@ class Block:
         forces = {"push": push, "spring": held, "fender": foot(self.curve, self.friction)}
         solver = Solver(step=step, events=events)
         whole = Scene("one axis", self.duration, (body,), forces=forces, solver=solver)
-        return replace(whole, output_step=output_step)
+        return whole.with_output(step=output_step)
 
     @cached_property
     def prescribed(self) -> Callable[[float], float]:

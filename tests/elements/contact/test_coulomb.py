@@ -201,7 +201,7 @@ def test_stops_per_cycle(ratio: float, friction: float, figure) -> None:
     error = np.abs(scenes.surge(run) - places).max()
     figure(f"places at {ratio:g}", error)
     assert error <= 1e-6 * np.ptp(places)
-    fine = hs.simulate(replace(whole, output_step=whole.solver.step))
+    fine = hs.simulate(whole.with_output(step=whole.solver.step))
     mode = fine.fender_mode.values[:, 0]
     figure(f"stops at {ratio:g}", count)
     assert np.count_nonzero((mode[1:] == STICK) & (mode[:-1] == SLIP)) == count

@@ -98,7 +98,7 @@ def test_a_pin_that_comes_down_beside_the_mouth_is_not_taken_in():
 
 def test_a_restart_while_a_pin_is_pressed_is_the_run_to_the_bit():
     start = {"surge": 0.02, "heave": 0.3}, {"surge": 0.9, "sway": 0.5}
-    whole = replace(pin(wall_of(0.4), *start), output_states=True)
+    whole = pin(wall_of(0.4), *start).with_output(states=True)
     run = hs.simulate(whole)
     times = run.time.values[np.flatnonzero(run.guide_mode.values[:, 0] == PIN_PRESSED)]
     for time in times[[0, len(times) // 2]]:
@@ -173,7 +173,7 @@ def test_what_a_wall_has_stored_as_it_goes_is_lost() -> None:
 
 
 def test_a_restart_before_and_after_a_wall_has_come_is_the_run_to_the_bit() -> None:
-    whole = replace(lock(0.05), output_states=True)
+    whole = lock(0.05).with_output(states=True)
     run = hs.simulate(whole)
     for time in (0.0, 0.5, 1.0):
         again = hs.simulate(replace(whole, initial=hs.Start(run, time), duration=4.0 - time))

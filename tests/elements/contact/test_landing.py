@@ -319,7 +319,7 @@ def test_a_weight_on_a_landing_in_waves_smaller_than_the_loop_makes_no_events_fo
 
 
 def test_a_restart_in_the_midst_of_a_loop_is_the_run_to_the_bit(tmp_path):
-    whole = replace(dropped(2.0), output_states=True)
+    whole = dropped(2.0).with_output(states=True)
     names = ("position", "fender_normal_force", "fender_dissipated", "fender_closings")
     pressed, between, flying, later = 0.35, 0.4, 1.0, 1.3
     assert_continues(whole, hs.simulate(whole), (pressed, between, flying, later), *names)

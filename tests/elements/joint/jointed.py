@@ -59,7 +59,7 @@ def scene(
     solver, water = hs.Solver(**{**given, **solver}), hs.Environment(gravity=gravity)
     parts = {"forces": forces or {}, "joints": joints}
     whole = hs.Scene("joints", duration, tuple(bodies), water, **parts, solver=solver)
-    return replace(whole, output_step=output_step)
+    return whole.with_output(step=output_step)
 
 
 def by_rk4(scene: hs.Scene, step: float) -> hs.Scene:

@@ -5,7 +5,6 @@ by DOP853 in coordinates of their own.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from math import atan2, ceil, cos, pi, sin, sqrt
 from typing import NamedTuple
 
@@ -41,7 +40,7 @@ class Known(NamedTuple):
 def known(scene: Scene, exact: Callable[[np.ndarray], np.ndarray]) -> Known:
     """The scene with its positions by a function of time, every `OUTPUT_STEP`."""
     time = OUTPUT_STEP * np.arange(round(scene.duration / OUTPUT_STEP) + 1)
-    return Known(replace(scene, output_step=OUTPUT_STEP), exact(time))
+    return Known(scene.with_output(step=OUTPUT_STEP), exact(time))
 
 
 def positions(places: np.ndarray, rotations: np.ndarray) -> np.ndarray:

@@ -130,7 +130,7 @@ def test_a_drive_keeps_the_ledger_to_the_order_of_the_method(figure) -> None:
     for name, steps, order in (("rk4", (0.1, 0.05, 0.025), 3.8), ("dopri5", (0.2, 0.1, 0.05), 4.7)):
         gaps = []
         for h in steps:
-            adaptive = replace(cart_and_rod(**loose, step=h), output_step=h)
+            adaptive = cart_and_rod(**loose, step=h).with_output(step=h)
             run = completed(by_rk4(cart_and_rod(), h) if name == "rk4" else adaptive)
             gaps.append(residual(run))
             assert name == "rk4" or run.attrs["solver_steps"] == round(DURATION / h)
@@ -222,7 +222,7 @@ def test_any_angle_of_a_body_can_be_driven(kinematics: Kinematics) -> None:
 def test_a_run_goes_on_to_the_bit() -> None:
     """From a record in the middle, at a corner of the table, and between two."""
     for signal in (SHAKE, SmoothTable(KNOTS, VALUES), SmoothTable(TIME[::10], TIME[::10] ** 0.5)):
-        whole = replace(by_rk4(cart_and_rod(signal), 0.05), output_states=True)
+        whole = by_rk4(cart_and_rod(signal), 0.05).with_output(states=True)
         names = ("position", "velocity", "drive_force", "energy_work_shake")
         assert_continues(whole, completed(whole), (3.0, 5.1), *names)
 
@@ -328,7 +328,7 @@ def test_mistakes_are_told() -> None:
 
 
 def test_a_run_to_start_from_must_end_where_the_drive_begins() -> None:
-    whole = replace(cart_and_rod(), output_states=True)
+    whole = cart_and_rod().with_output(states=True)
     run = completed(whole)
     start = hs.Start(run, 5.0)
     other = cart_and_rod(Harmonic(0.6, 3.2, 0.2, 0.4))
@@ -364,7 +364,7 @@ def test_work_and_impulse_of_a_drive_when_a_joint_closes(method, validated):
     push = Drive("cart", dof="surge", offset=SHAKE)
     whole = scene([cart, block], {"lock": lock}, DURATION, {"shake": push})
     whole = replace(whole, solver=replace(whole.solver, method=method, step=0.02))
-    run = completed(replace(whole, output_impulses=True))
+    run = completed(whole.with_output(impulses=True))
     _, u, a = motion(SHAKE, TIME)
     _, struck, _ = motion(SHAKE, at)
     joined = TIME > at + 1e-9

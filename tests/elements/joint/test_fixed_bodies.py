@@ -103,7 +103,7 @@ def apart(
         water = hs.Environment(waves=(waves,), current=hs.Stream(current, 2.0))
         parts = {"forces": lines() if forces is None else forces, "joints": joints}
         scene = hs.Scene("fixed", 15.0, bodies, water, **parts, solver=hs.Solver(**settings))
-        scene = replace(scene, output_step=0.5)
+        scene = scene.with_output(step=0.5)
         found.append(simulate(scene).point_position.values)
     return float(np.abs(found[0] - found[1]).max() / np.ptp(found[0], axis=0).max())
 

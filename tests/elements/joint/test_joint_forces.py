@@ -123,7 +123,7 @@ def test_joint_forces_are_the_multipliers(kinds, seed, validated):
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
 def test_trees_hold_identically(kinds: Sequence[str], figure) -> None:
     """At a coarse step, too, where motions are wrong by far more than joints open."""
-    whole = by_rk4(replace(chain(kinds, 7), duration=1.0, output_step=0.05), 0.05)
+    whole = by_rk4(replace(chain(kinds, 7), duration=1.0).with_output(step=0.05), 0.05)
     run = completed(whole)
     last = run.time.size - 1
     error = 0.0

@@ -31,7 +31,7 @@ def on_joint(kind: str, step: float, method: Method, **acting: object) -> hs.Sce
     solver = hs.Solver(step=step, method=method, linear=LinearScenes.STEP)
     bodies = (hs.Body("body", MASS, INERTIA),)
     whole = hs.Scene("joint", 6.0, bodies, joints={"joint": joint}, solver=solver)
-    return replace(whole, output_step=0.1)
+    return whole.with_output(step=0.1)
 
 
 def position(run: xr.Dataset) -> np.ndarray:
@@ -172,7 +172,7 @@ def held_at(pin: hs.Joint, step: float, method: Method) -> float:
     rail = joint_of("slider", "body", None, damped, axis=(1.0, 0.0, 0.0))
     solver = hs.Solver(step=step, method=method, linear=LinearScenes.STEP)
     bodies, joints = (hs.Body("body", SLIDING_MASS, np.eye(3)),), {"rail": rail, "pin": pin}
-    scene = hs.Scene("closing", 4.0, bodies, joints=joints, solver=solver, output_step=0.5)
+    scene = hs.Scene("closing", 4.0, bodies, joints=joints, solver=solver, output={"step": 0.5})
     run = simulate(scene)
     assert (run.joint_velocity.values[-1] == 0.0).all()
     return float(run.joint_position.values[-1, 0])

@@ -31,7 +31,7 @@ def known(name: str) -> Known:
 @cache
 def ran(name: str, output_step: float, solver: Solver) -> xr.Dataset:
     made = known(name).scene
-    return hs.simulate(replace(made, output_step=output_step, solver=solver))
+    return hs.simulate(replace(made, solver=solver).with_output(step=output_step))
 
 
 def true_error(name: str, run: xr.Dataset) -> float:

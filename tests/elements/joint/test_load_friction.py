@@ -506,7 +506,7 @@ def four_bar(*rubbing: str) -> Scene:
 
 
 def restarted(time: float, state: int) -> None:
-    base = replace(pendulum(10.0, 0.01, 4.0, -2.0), output_states=True)
+    base = pendulum(10.0, 0.01, 4.0, -2.0).with_output(states=True)
     whole = completed(base)
     first = int(np.argmin(np.abs(whole.time.values - time)))
     assert mode(whole)[first] == state

@@ -320,7 +320,7 @@ def test_a_window_of_gap_and_speed_against_dop853(gap: float, speed: float) -> N
     assert errors[-1] < 1e-9
     assert errors[0] / errors[-1] > 16.0**1.9
     # the impulse is at the time of closing: from the mean rate of the joint's own record
-    spans = replace(sprung(0.005, gap=gap, speed=speed), output_step=0.005)
+    spans = sprung(0.005, gap=gap, speed=speed).with_output(step=0.005)
     fine = hs.simulate(spans)
     k = int(np.argmax(fine.lock_mode.values[:, 0] == 3))
     assert fine.time.values[k - 1] < when <= fine.time.values[k] + 1e-9
@@ -339,7 +339,7 @@ def test_the_time_of_closing_against_dop853() -> None:
 
 def test_a_run_continues_to_the_bit_across_a_closed_lock() -> None:
     joint = hs.Hinge("a", "b", (0.7, -0.2, 0.4), axis=(1.0, 2.0, -0.5))
-    base = replace(pair(step=0.05), joints={"pin": closing(joint, 0.31)}, output_states=True)
+    base = replace(pair(step=0.05), joints={"pin": closing(joint, 0.31)}).with_output(states=True)
     whole = hs.simulate(base)
     rest = hs.simulate(replace(base, duration=0.5, initial=hs.Start(whole, 0.5)))
     for name in ("position", "velocity", "joint_force", "lock_loss", "lock_impulse", "lock_mode"):
@@ -417,7 +417,9 @@ def test_a_clearance_closes_a_pin() -> None:
     near = hs.Active(hs.When(channel="clearance.pin", below=0.3))
     pin = replace(base.joints["pin"], window=None, active=near)
     watched = {"pin": Clearance("eye of a", "eye of b")}
-    run = hs.simulate(replace(base, bodies=bodies, joints={"pin": pin}, clearances=watched))
+    run = hs.simulate(
+        replace(base, bodies=bodies, joints={"pin": pin}).with_output(clearances=watched)
+    )
     same = hs.simulate(sprung(0.01, gap=0.3))
     assert run.position.values == pytest.approx(same.position.values, abs=1e-9)
     assert run.clearance.values[-1, 0] == pytest.approx(0.3, abs=1e-9)
@@ -620,7 +622,7 @@ def test_a_ratchet_against_dop853() -> None:
 def test_the_times_of_a_ratchet_against_dop853() -> None:
     """It stops at v = 0, a quarter of a period; it lets go at 2.8 s: 1e-9 s, from modes."""
     times, _ = reference(8.0)
-    run = hs.simulate(driven(step=0.0125, output_step=0.0125))
+    run = hs.simulate(driven(step=0.0125, output={"step": 0.0125}))
     closed = (run.lock_mode.values[:, 0] == 3).astype(int)
     changes = np.flatnonzero(np.diff(closed))
     for k, when in zip(changes, times, strict=False):
@@ -678,7 +680,7 @@ def test_a_ratchet_is_pushed_back_by_an_impact() -> None:
 
 
 def test_a_ratchet_continues_to_the_bit() -> None:
-    base = driven(output_states=True)
+    base = driven(output={"step": 0.1, "states": True})
     whole = hs.simulate(base)
     rest = hs.simulate(replace(base, duration=4.0, initial=hs.scene.Start(whole, 4.0)))
     for name in ("position", "velocity", "joint_force", "lock_mode"):

@@ -101,7 +101,7 @@ def test_other_methods_keep_loops_closed(method: Method) -> None:
 def test_the_load_of_a_joint_is_newtons_of_what_is_behind_it() -> None:
     """Rocker alone: m (a - g) = forces of its two hinges, one of the tree and one of the loop."""
     linkage = FourBar()
-    scene = replace(linkage.scene(ANGLE, SPEED, 0.4, 0.01, IN_PLANE), output_accelerations=True)
+    scene = linkage.scene(ANGLE, SPEED, 0.4, 0.01, IN_PLANE).with_output(accelerations=True)
     run = hs.simulate(scene)
     force = run.joint_force.values
     names = [*run.joint.values]
@@ -127,7 +127,7 @@ def test_redundant_constraints_are_dropped_and_named() -> None:
 
 def test_a_linkage_continues_to_the_bit() -> None:
     scene = FourBar().scene(ANGLE, SPEED, 1.0, 0.01, TILTED)
-    whole = hs.simulate(replace(scene, output_states=True))
+    whole = hs.simulate(scene.with_output(states=True))
     rest = replace(scene, duration=0.5, initial=hs.scene.Start(whole, 0.5))
     run = hs.simulate(rest)
     for name in ("position", "velocity", "joint_force"):

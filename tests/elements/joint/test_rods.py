@@ -198,7 +198,7 @@ def test_small_angles_keep_the_distance_along_the_rod_at_rest() -> None:
 
 def test_a_run_goes_on_to_the_bit() -> None:
     block, line = hung_block()
-    whole = replace(by_rk4(scene([block], {"line": line}, 6.0), 0.05), output_states=True)
+    whole = by_rk4(scene([block], {"line": line}, 6.0), 0.05).with_output(states=True)
     assert_continues(whole, completed(whole), (2.0,), "position", "velocity", "joint_force")
 
 

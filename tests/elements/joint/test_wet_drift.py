@@ -47,7 +47,7 @@ def drifting(pair: str, radiation: str) -> hs.Scene:
     bodies, solver = (fore, replace(aft, velocity=LAUNCH)), hs.Solver(Method.RK4, 0.05)
     water, solver = hs.Environment(water_density=1025.0), replace(solver, symmetry=Symmetry.IGNORE)
     whole = hs.Scene("drifting pair", 60.0, bodies, water, joints={"hinge": hinge}, solver=solver)
-    return replace(whole, output_step=0.5)
+    return whole.with_output(step=0.5)
 
 
 def energy_of(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:

@@ -156,7 +156,7 @@ def test_motion_against_independent_equations(validated) -> None:
 
 
 def test_a_restart_is_the_same_to_the_bit() -> None:
-    case = replace(moored(0.6, 0.1), output_states=True)
+    case = moored(0.6, 0.1).with_output(states=True)
     names = ("position", "velocity", "line_tension", "line_grounded", "energy_dissipated_astern")
     assert_continues(case, hs.simulate(case), (5.0,), *names)
 

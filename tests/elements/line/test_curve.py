@@ -374,7 +374,7 @@ def test_ledger_through_corners() -> None:
 
 
 def test_a_restart_passes_corners_to_the_bit() -> None:
-    case = replace(roped(0.02), output_states=True)
+    case = roped(0.02).with_output(states=True)
     assert_continues(case, hs.simulate(case), (6.0,), "position", "line_tension")
 
 

@@ -1,7 +1,7 @@
 """Winches and lengths over time: closed forms, and drums integrated apart from hydrosim."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 from pathlib import Path
 from typing import Any
@@ -295,7 +295,7 @@ def test_the_wire_of_a_winch_breaks_at_its_tension() -> None:
 
 def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     """From stuck, slipping and fast drums, through files."""
-    whole = replace(Drum(damping=0.03, duration=8.0).scene(0.0125), output_states=True)
+    whole = Drum(damping=0.03, duration=8.0).scene(0.0125).with_output(states=True)
     run = hs.simulate(whole)
     mode = run.winch_mode.values[:, 0]
     at = [np.flatnonzero(mode[:-1] == one)[-1] for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN)]

@@ -125,7 +125,7 @@ def test_the_ledger_closes_and_a_restart_goes_on_to_the_bit(figure) -> None:
     thrown = block(2e3, location=(1.0, 0.0), velocity=(0.3, -0.4, 0.2, 0.9, 0.5, -0.7))
     bodies = (thrown, block(5e3, name="other"))
     brief = replace(JOINED, damping=0.05 * STIFFNESS, active=Active(When(0.35), When(3.15)))
-    whole = replace(scene(bodies, {"it": brief}, 4.0, 0.1, step=0.005), output_states=True)
+    whole = scene(bodies, {"it": brief}, 4.0, 0.1, step=0.005).with_output(states=True)
     run = hs.simulate(whole)
     figure("residual", run.energy_residual_relative)
     assert run.energy_residual_relative < 1e-7

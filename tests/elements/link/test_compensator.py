@@ -161,7 +161,7 @@ def test_limits_of_speed_and_stroke_are_kept_as_events() -> None:
     """A heave of 2 m needs 1.6 m/s: at 1 m/s the drum lags and catches up; with a stroke of 2.4 m
     it stands at its ends. A restart from there goes on to the bit, delay included."""
     control = hs.Compensation("tip of vessel", 1.0, 0.4, 1.0, stroke=2.4)
-    whole = replace(on_a_vessel(2.0, control, duration=16.0), output_states=True)
+    whole = on_a_vessel(2.0, control, duration=16.0).with_output(states=True)
     run = hs.simulate(whole)
     mode = run.winch_mode.values[:, 0]
     assert {*np.unique(mode)} == {PRESCRIBED, FAST_OUT, FAST_IN, EMPTY, FULL}

@@ -84,7 +84,7 @@ def judge(
 def check_restart(whole: Scene, time: float, *names: str) -> None:
     """A run that goes on from ``time`` is the same to the bit."""
     run = hs.simulate(whole)
-    half = replace(whole, duration=time, output_states=True)
+    half = replace(whole, duration=time).with_output(states=True)
     start = Start(hs.simulate(half))
     later = hs.simulate(replace(whole, duration=whole.duration - time, initial=start))
     for name in ("position", "link_mode", "link_segment", *names):

@@ -340,7 +340,7 @@ def test_a_turned_scene_moves_as_it_did(figure) -> None:
 @pytest.mark.parametrize("name", ["damped, snapping taut", "table with corners, damped"])
 def test_a_restart_goes_on_to_the_bit(name: str, tmp_path: Path) -> None:
     """From any output time, through files: slack, taut, with the damper cut off or not."""
-    whole = replace(LINES[name].scene(0.05), output_states=True)
+    whole = LINES[name].scene(0.05).with_output(states=True)
     run = hs.simulate(whole)
     assert ((run.spring_mode == 0) & (run.spring_segment.values > 0)).any()
     names = ("position", "velocity", "spring_tension", "spring_mode", "force_line_0")
@@ -386,7 +386,7 @@ def test_lines_and_fenders_keep_their_own_modes(figure) -> None:
     for name in ("position", "fender_mode", "fender_friction", "fender_segment"):
         np.testing.assert_array_equal(slack[name], without[name])
     assert slack.solver_events == without.solver_events >= 5
-    both = replace(on_a_floor(STEEL, 0.02, far=far, stern=STERN), output_states=True)
+    both = on_a_floor(STEEL, 0.02, far=far, stern=STERN).with_output(states=True)
     run = hs.simulate(both)
     figure("residual", run.energy_residual_relative)
     assert run.energy_residual_relative <= 5e-6

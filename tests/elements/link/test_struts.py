@@ -123,7 +123,7 @@ def test_a_torsion_pendulum_swings_by_several_turns(dof, figure, validated):
     body = block(M, (dof,), inertia=inertia, velocity=moving(**{dof: amplitude * omega}))
     spring = torsion(k, tuple(np.eye(3)[axis - 3]))
     scenes = [scene(body, {"spring": spring}, 8.0, 0.1, step=h) for h in (0.02, 0.01)]
-    scenes = [replace(whole, output_states=True) for whole in scenes]
+    scenes = [whole.with_output(states=True) for whole in scenes]
     runs = [hs.simulate(whole) for whole in scenes]
     exact = amplitude * np.sin(omega * runs[0].time.values)
     angles = [run.torsion_angle.values[:, 0] for run in runs]
@@ -282,7 +282,7 @@ def test_quadratic_damping_decays_as_its_first_integral_says(figure) -> None:
     """(1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2) with b = 2 d / m for successive extremes."""
     d = 600.0
     damped = along(1.0, 0.0, strut(quadratic_damping=d), 4.0, step=0.005)
-    run = hs.simulate(replace(damped, output_step=0.01))
+    run = hs.simulate(damped.with_output(step=0.01))
     motion = CubicHermiteSpline(run.time.values, surge(run), run.velocity.values[:, 0, 0])
     ends = motion.derivative().roots(extrapolate=False)
     extremes = np.abs(motion(ends[ends > 0.01]))
@@ -388,7 +388,7 @@ def test_small_angles_keep_the_balance() -> None:
 
 def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     """Through files, from any time, on either piece of a curve."""
-    whole = replace(along(0.7, 0.0, strut(damping=1e2, **BENT), 3.0), output_states=True)
+    whole = along(0.7, 0.0, strut(damping=1e2, **BENT), 3.0).with_output(states=True)
     run = hs.simulate(whole)
     assert {0, 1} == {*run.link_segment.values[:, 0].tolist()}
     names = ("position", "velocity", "strut_force", "link_mode", "force_link")

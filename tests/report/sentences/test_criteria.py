@@ -119,7 +119,7 @@ def test_what_a_run_will_not_have_is_refused_before_it_begins(
 
 def test_the_names_before_a_run_are_those_of_its_result() -> None:
     """Channels, variables and units of a moored barge with fenders, a line and waves."""
-    scene = replace(scene_of("base"), duration=1.0, output_accelerations=True)
+    scene = replace(scene_of("base"), duration=1.0).with_output(accelerations=True)
     compiled = hs.compile_scene(scene, in_plane=True)
     before = blank_run(compiled)
     run = hs.simulate(scene)

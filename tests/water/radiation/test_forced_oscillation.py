@@ -93,7 +93,7 @@ def forced(hull: str, dof: str, model: str, w: float) -> tuple[Compiled, xr.Data
         hs.Environment(water_density=density),
         forces={"shake": Drive("hull", dof=dof, **{key: Harmonic(1.0, period)})},
         solver=hs.Solver(method=Method.RK4, step=period / STEPS, kinematics=Kinematics.LINEAR),
-        output_step=period / STEPS,
+        output={"step": period / STEPS},
     )
     return hs.compile_scene(scene), hs.simulate(scene)
 

@@ -77,7 +77,7 @@ def decay(radiation: Radiation | str, step: float, **solver: Any) -> hs.Scene:
         radiation=radiation,
     )
     settings = hs.Solver(**{"step": step, "linear": LinearScenes.STEP, **solver})
-    return hs.Scene("decay", 32.0, (body,), hs.Environment(), solver=settings, output_step=0.8)
+    return hs.Scene("decay", 32.0, (body,), hs.Environment(), solver=settings, output={"step": 0.8})
 
 
 def exact_decay(time: np.ndarray) -> np.ndarray:
@@ -127,8 +127,8 @@ def test_order_in_the_step_of_a_decay(figure: Figure) -> None:
 
 
 def with_radiation(scene: hs.Scene, radiation: Radiation | str, step: float) -> hs.Scene:
-    return replace(
-        with_body(scene, radiation=radiation), solver=hs.Solver(step=step), output_step=0.8
+    return replace(with_body(scene, radiation=radiation), solver=hs.Solver(step=step)).with_output(
+        step=0.8
     )
 
 
@@ -207,7 +207,7 @@ def test_constant_radiation_is_the_frequency_domain_at_its_period(figure: Figure
     w = 2.0 * np.pi / period
     scene = decay(ConstantRadiation(period), 0.1)
     waves = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(1.0, period), ramp=14.0),))
-    run = hs.simulate(replace(scene, environment=waves, duration=280.0, output_step=0.1))
+    run = hs.simulate(replace(scene, environment=waves, duration=280.0).with_output(step=0.1))
     A = UNIT * np.interp(w, *_table(added_mass))
     B = UNIT * np.interp(w, *_table(lambda w: transfer(w).real))
     expected = 1e5 / abs(STIFFNESS - w * w * (MASS + A) + 1j * w * B)
