@@ -60,7 +60,7 @@ operability:
   probability: 50 %
 """,
 }
-FINELY = ("--set", "duration=800 s", "--set", "solver.step=5e-4 s", "--checkpoint", "1")
+FINELY = ("--set", "duration=800 s", "--set", "solver.step=1e-3 s", "--checkpoint", "1")
 
 
 def answer(kills: int = KILLS) -> Answer:
