@@ -35,6 +35,10 @@ from tests.command_line import heed_signals
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 KILLS, REPEATS = 5, 5
+INTERRUPTED = (
+    130,
+    -signal.SIGINT,
+)  # to a shell the same; Python ends so after an interrupt in `exec`
 WRITING_S = 0.4  # after the first file of a result appears
 COSTED = 2e-3  # s: a few seconds
 FILES = ("cases/reverse_float_over", "hydro_db")
@@ -122,7 +126,7 @@ class _Trial:
                 code = process.wait()
                 ends[code] += 1
                 print(self.title, number, f"{moment:.2f} s: {code}", file=sys.stderr, flush=True)
-                if code not in (0, 130, -number) or "Traceback" in self._told:
+                if code not in (0, *INTERRUPTED, -number) or "Traceback" in self._told:
                     faults[f"exit code {code}: {self._told}"] += 1
             else:
                 faults += self._faults(process)
