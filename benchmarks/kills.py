@@ -35,10 +35,8 @@ from tests.command_line import heed_signals
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 KILLS, REPEATS = 5, 5
-INTERRUPTED = (
-    130,
-    -signal.SIGINT,
-)  # to a shell the same; Python ends so after an interrupt in `exec`
+INTERRUPTED = 130, -signal.SIGINT
+"""To a shell the same: Python ends itself by SIGINT after an interrupt in `exec` of a text."""
 WRITING_S = 0.4  # after the first file of a result appears
 COSTED = 2e-3  # s: a few seconds
 FILES = ("cases/reverse_float_over", "hydro_db")

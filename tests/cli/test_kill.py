@@ -148,6 +148,7 @@ def test_a_full_disk(study: Path) -> None:
         assert printed == ""
         (line,) = (line for line in told.splitlines() if line.startswith("error "))
         assert "cannot be written" in line
+        assert ("--resume continues" in told) == (arguments[0] == "sweep")
         assert "Traceback" not in told
     assert Path("short.nc").read_bytes() == before
     assert not Path("study.nc").exists()
