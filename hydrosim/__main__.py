@@ -32,7 +32,11 @@ from rich.console import Console
 from hydrosim.cli import case, db, results, run, terminal
 from hydrosim.cli.earlier import CommandsWithEarlierNames
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.files.interrupts import install_signal_handlers
+from hydrosim.files.interrupts import (
+    ENDING_SIGNALS,
+    install_signal_handlers,
+    raise_if_interrupted,
+)
 
 # in the order in which one uses them, which is that of `hydrosim --help`
 COMMANDS: tuple[Callable[..., None], ...] = (
@@ -115,7 +119,8 @@ atexit.register(gc.freeze)
 def main() -> None:
     """Run the command line. An error meant for the user ends it with the exit code of that
     error."""
-    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # the exit code is known by then
+    for number in ENDING_SIGNALS:
+        atexit.register(signal.signal, number, signal.SIG_IGN)  # the exit code is known by then
     try:
         _run_command()
     except KeyboardInterrupt:  # raised while an error or the end of a command was told
@@ -139,6 +144,7 @@ def _run_command() -> None:
         err.print(f"[bold red]error[/] {_plain_message(error)}", highlight=False, soft_wrap=True)
         raise SystemExit(error.exit_code) from None
     except Exception as error:
+        raise_if_interrupted()  # pydantic raises an error of its own for it
         if lack := _lack_of_memory(error):
             print(MEMORY.format(lack), file=sys.stderr)  # colours would need more memory
             raise SystemExit(3) from None

@@ -18,7 +18,7 @@ import typer
 from rich.console import Console, RenderableType
 from typer.core import TyperCommand
 
-from hydrosim.errors import InputError
+from hydrosim.errors import InputError, WritingError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -370,9 +370,13 @@ err = progress_console()
 
 @contextmanager
 def print_resume_hint(by: str) -> Iterator[None]:
-    """After an interrupt, print that the command continues with the option ``by``."""
+    """After an interrupt or a full disk, print that the command continues with the option
+    ``by``."""
     try:
         yield
+    except WritingError:
+        print_status(f"completed work is kept; {by} continues")
+        raise
     except KeyboardInterrupt:
         print_status(f"interrupted: completed work is kept; {by} continues")
         raise typer.Exit(130) from None

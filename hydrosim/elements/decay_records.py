@@ -127,10 +127,12 @@ def _require_series(time: np.ndarray, angle: np.ndarray) -> None:
     step = (time[-1] - time[0]) / (time.size - 1)
     if np.abs(time - time[0] - step * np.arange(time.size)).max() > MAX_STEP_DEVIATION * step:
         expected = "equal steps of time, without gaps"
-        _refuse_record("times with gaps or unequal steps", expected, "resample the record")
-    largest = float(np.abs(angle).max())
-    if largest > MAX_ROLL_RAD:
-        text = f"a roll of {np.degrees(largest):.3g} deg"
+        worst = np.abs(np.diff(time) - step).argmax()
+        text = f"times with gaps or unequal steps, at {time[worst + 1]:g} s"
+        _refuse_record(text, expected, "resample the record")
+    largest = np.abs(angle).argmax()
+    if abs(angle[largest]) > MAX_ROLL_RAD:
+        text = f"a roll of {np.degrees(angle[largest]):.3g} deg at {time[largest]:g} s"
         _refuse_record(text, "angles within 180 deg", "check the column and its unit")
     if np.abs(angle - angle[0]).max() < MIN_ROLL_RAD:
         _refuse_record("a roll that does not move", "a roll that oscillates", "check the column")

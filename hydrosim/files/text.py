@@ -181,8 +181,11 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
     since `EPOCH`. Raises InputError with the line of a mistake."""
     try:
         content = source.file.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        source.wrong("found bytes that are no text; expected text (UTF-8) or the netCDF of a run")
+    except UnicodeDecodeError as error:
+        source.wrong(
+            "found bytes that are no text; expected text (UTF-8) or the netCDF of a run",
+            error.object[: error.start].count(b"\n") + 1,
+        )
     heading = list[str]()
     rows = list[list[float]]()
     lines = list[int]()

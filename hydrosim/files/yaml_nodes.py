@@ -446,11 +446,12 @@ def add_source_lines(text: str, places: Places) -> str:
 
 
 def _add_source_line(line: str, places: Places) -> str:
-    place = next(_named_places(line, places), "")
+    text = line.lstrip(" ")
+    place = next(_named_places(text, places), "")
     file = place.rpartition(":")[0]
-    if not place or place in line:
+    if not place or place in text:
         return line
-    return f"{place}: {line.removeprefix(f'{file}: ')}"
+    return f"{line.removesuffix(text)}{place}: {text.removeprefix(f'{file}: ')}"
 
 
 def _named_places(line: str, places: Places) -> Iterator[str]:

@@ -75,7 +75,8 @@ REQUIRED_COORDINATES = ("time", "body", "dof")
 def run_document(run: xr.Dataset) -> Document:
     """Report of a run, also of one that failed or was interrupted."""
     if missing := [name for name in REQUIRED_COORDINATES if name not in run.coords]:
-        raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
+        source = run.encoding.get("source", "the result")
+        raise InputError(f"{source}: has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
     nodes = [*sections.title_block(run), *sections.build_sections(RUN_SECTIONS, ReportData(run))]
     subtitle, units = _subtitle_text(run), units_of(run.attrs)

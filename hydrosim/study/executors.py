@@ -406,7 +406,7 @@ def _serve_process(pipe: Connection, stop: Connection) -> None:
     while True:
         try:
             changed, packed, digest = pipe.recv()
-        except EOFError:
+        except (EOFError, ConnectionError):  # closed, or whoever asked was killed
             return
         calm = calm if changed is None else changed
         answer: RunOutcome | InputError
@@ -416,7 +416,7 @@ def _serve_process(pipe: Connection, stop: Connection) -> None:
             answer = error
         try:
             pipe.send(answer)
-        except BrokenPipeError:  # whoever asked has died
+        except ConnectionError:
             return
 
 

@@ -65,7 +65,9 @@ def read_scatter(source: texts.Source) -> ScatterDiagram:
         source.wrong(
             "found no peak periods above the columns; expected a first line such as hs, 5, 6, 7"
         )
-    texts.require_finite(source, table.rows.ravel())
+    texts.require_finite(
+        source, table.rows.ravel(), np.repeat(table.lines, table.rows.shape[1]).tolist()
+    )
     heights = table.rows[:, 0] * _unit_scale(source, table, 0, "hs")
     for name, values in (("height", heights), ("peak period", periods)):
         if values.min() < 0.0 or np.unique(values).size < values.size:
@@ -79,21 +81,23 @@ def read_scatter(source: texts.Source) -> ScatterDiagram:
             " another unit in the first line, hs [cm]"
         )
     if np.any(count < 0.0) or not count.sum() > 0.0:
-        source.wrong("found counts that are negative, or none at all; expected how often seas are")
+        lowest = int(count.min(axis=1).argmin())
+        text = "found counts that are negative, or none at all; expected how often seas are"
+        source.wrong(text, table.lines[lowest])
     return ScatterDiagram(heights, periods, count)
 
 
 def read_hindcast(source: texts.Source) -> Hindcast:
     """The states of the sea in a file; InputError says what is wrong with it."""
     netcdf = source.head(4).startswith(NETCDF)
-    hindcast = _read_netcdf(source) if netcdf else _read_text(source)
+    hindcast, lines = (_read_netcdf(source), None) if netcdf else _read_text(source)
     time = hindcast.time
     height = hindcast.height
     period = hindcast.period
     for values in (time, height, period, hindcast.coming):
         if values is not None:
-            texts.require_finite(source, values)
-    texts.require_rising(source, time)
+            texts.require_finite(source, values, lines)
+    texts.require_rising(source, time, lines)
     if time.size < 2:
         source.wrong(f"found {time.size} state; expected two or more")
     for name, values, bad in (("height", height, height < 0.0), ("period", period, period <= 0.0)):
@@ -101,18 +105,21 @@ def read_hindcast(source: texts.Source) -> Hindcast:
             k = int(np.argmax(bad))
             source.wrong(
                 f"found a {name} of {values[k]:g} in record {k + 1}; expected one above zero; leave"
-                " out states that are not known"
+                " out states that are not known",
+                lines[k] if lines else None,
             )
     if hindcast.coming is not None and np.abs(hindcast.coming).max() > 2.0 * np.pi + 1e-6:
         k = int(np.abs(hindcast.coming).argmax())
         source.wrong(
             f"found a direction of {np.degrees(hindcast.coming[k]):g} deg in record {k + 1};"
-            " expected one within a turn; leave out states that are not known"
+            " expected one within a turn; leave out states that are not known",
+            lines[k] if lines else None,
         )
     return hindcast
 
 
-def _read_text(source: texts.Source) -> Hindcast:
+def _read_text(source: texts.Source) -> tuple[Hindcast, list[int]]:
+    """The states in a text, and their lines."""
     table = texts.parse(source, dates=True)
     columns = [_find_column(source, table, what) for what in COLUMN_NAMES]
     needed = [column for column in columns[:3] if column is not None]
@@ -121,9 +128,9 @@ def _read_text(source: texts.Source) -> Hindcast:
         source.wrong(f"found columns {names}; expected {REQUIRED_VARIABLES}")
     time, height, period = needed
     if not table.dated:
-        return Hindcast(time, None, height, period, columns[3])
+        return Hindcast(time, None, height, period, columns[3]), table.lines
     date = texts.EPOCH + np.timedelta64(round(1e3 * float(time[0])), "ms")
-    return Hindcast(time - time[0], date, height, period, columns[3])
+    return Hindcast(time - time[0], date, height, period, columns[3]), table.lines
 
 
 def _find_column(source: texts.Source, table: texts.TextTable, what: str) -> np.ndarray | None:

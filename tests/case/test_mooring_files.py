@@ -196,7 +196,7 @@ REFUSED = r"""
   counted | 2       NConnects | 3 NConnects | \
     :10: CONNECTION PROPERTIES: found 2 rows and the count 3; expected the same
   counted | NodeA NodeB | Start End | \
-    found line linetype unstrlen numsegs start end flags/outputs; expected a column
+    :15: LINE PROPERTIES: found line linetype unstrlen numsegs start end flags/outputs; expected a
   1 | 2         Vessel | 1         Vessel | :12: found point 1 twice; expected each once
   1 | -- LINE PROPERTIES | -- POINT PROPERTIES | \
     :13: found a second section POINT PROPERTIES; expected one, as in line 8

@@ -119,7 +119,7 @@ def test_a_factor_that_makes_too_much(load: Load, tmp_path: Path) -> None:
 
 def test_bytes_that_are_no_text(load: Load, tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_bytes(b"\x89PNG\r\n\xff\xfe")
-    with pytest.raises(InputError, match="found bytes that are no text"):
+    with pytest.raises(InputError, match=r"data\.csv:1: found bytes that are no text"):
         load(surge()).scene()
 
 

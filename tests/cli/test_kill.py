@@ -18,6 +18,7 @@ from scenes import SWINGING_BLOCK
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
+from hydrosim.files.interrupts import ENDING_SIGNALS
 from hydrosim.study.many_runs import run_study
 from hydrosim.study.sweep import load_study
 
@@ -83,6 +84,22 @@ def test_an_interrupt_while_modules_are_loaded(folder: Path) -> None:
     assert told == ""
 
 
+@pytest.mark.parametrize("number", ENDING_SIGNALS)
+def test_a_signal_after_the_end_of_a_command(number: int) -> None:
+    """The exit code is known, and stays."""
+    program = f"""
+import atexit, signal, sys
+from hydrosim.__main__ import main
+
+atexit.register(signal.raise_signal, {number})
+sys.argv = ["hydrosim", "--version"]
+main()
+"""
+    command = [sys.executable, "-c", program]
+    ended = subprocess.run(command, capture_output=True, text=True, preexec_fn=heed_signals)
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
 STUDY = """\
 case: short.yaml
 parameters:
@@ -131,6 +148,7 @@ def test_a_full_disk(study: Path) -> None:
         assert printed == ""
         (line,) = (line for line in told.splitlines() if line.startswith("error "))
         assert "cannot be written" in line
+        assert ("--resume continues" in told) == (arguments[0] == "sweep")
         assert "Traceback" not in told
     assert Path("short.nc").read_bytes() == before
     assert not Path("study.nc").exists()

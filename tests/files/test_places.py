@@ -48,6 +48,12 @@ def test_each_line_has_its_own_place_and_a_file_is_named_once() -> None:
     )
 
 
+def test_a_line_that_is_indented_stays_so() -> None:
+    text = "barge.nc does not suit:\n  bodies.barge.mass: found 3"
+    found = add_source_lines(text, PLACES)
+    assert found == "barge.nc does not suit:\n  a.yaml:3: bodies.barge.mass: found 3"
+
+
 def test_an_error_on_its_way_out_gets_the_place() -> None:
     with (
         pytest.raises(InputError, match=r"^a\.yaml:3: bodies\.barge\.mass"),

@@ -156,7 +156,7 @@ BAD = {
         r"ragged\.txt:3: found 3 values; expected 2, as in line 2",
     ),
     "words.txt": (b"nothing\n", r"words\.txt: found no numbers; expected lines of numbers"),
-    "bytes.txt": (b"\xff\xfe\x00", r"bytes\.txt: found bytes that are no text"),
+    "bytes.txt": (b"\xff\xfe\x00", r"bytes\.txt:1: found bytes that are no text"),
     "broken.nc": (b"CDF\x01", r"broken\.nc: cannot be read as netCDF"),
     "broken.h5": (b"\x89HDF\r\n", r"broken\.h5: cannot be read as HDF5"),
     "broken.mat": (b"MATLAB 5.0 MAT-file".ljust(200), r"broken\.mat: cannot be read as MATLAB"),

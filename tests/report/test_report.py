@@ -193,7 +193,7 @@ def test_foreign_files_and_inputs_as_outputs_are_refused(report: Command, tmp_pa
     needed = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
     alike = xr.Dataset({name: ("x", np.zeros(3)) for name in needed})
     alike.to_netcdf(tmp_path / "alike.nc")
-    assert "has no coordinate time, body, dof" in refusal(report, tmp_path, "alike.nc")
+    assert "alike.nc: has no coordinate time, body, dof" in refusal(report, tmp_path, "alike.nc")
     write_run(made_run(duration=60.0), tmp_path / "made.html.nc")
     (tmp_path / "mine.html").write_text("a page of mine")
     for output in ("mine.html", "made.html.nc"):

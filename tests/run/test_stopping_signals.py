@@ -22,6 +22,7 @@ from markers import few
 from scenes import in_contact
 
 import hydrosim as hs
+from hydrosim.__main__ import main
 from hydrosim.compare.dataset import differences
 from hydrosim.files.interrupts import ENDING_SIGNALS, install_signal_handlers
 from hydrosim.files.outputs import Output
@@ -194,3 +195,18 @@ def test_a_signal_at_any_moment(number: int, whole: xr.Dataset, tmp_path: Path) 
     again = run_from(tmp_path, SCENE)
     assert again is not None
     assert differences(again, whole) == []
+
+
+def test_a_signal_of_which_a_library_makes_another_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As pydantic does while it writes settings: the command is interrupted, and has not failed."""
+
+    def serialise(**_: str) -> None:
+        try:
+            terminate()
+        except KeyboardInterrupt as error:
+            raise ValueError("Error calling function") from error
+
+    monkeypatch.setattr("hydrosim.__main__.app", serialise)
+    with pytest.raises(SystemExit) as caught:
+        main()
+    assert caught.value.code == 130

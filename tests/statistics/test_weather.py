@@ -260,13 +260,13 @@ def test_spectra_over_a_part_of_the_circle_are_refused(tmp_path: Path) -> None:
 
 WRONG_TABLES = r"""
   hindcast | a, b\n1, 2\n3, 4\n | expected time, hs and tp
-  hindcast | time, hs, tp\n0, 1, 8\n0, 1, 8\n | expected it to rise
+  hindcast | time, hs, tp\n0, 1, 8\n0, 1, 8\n | :3: found time 0 s after 0 s; expected it to rise
   hindcast | time [m], hs, tp\n0, 1, 8\n1, 1, 8\n | expected it in s
-  hindcast | time, hs, tp\n0, -1, 8\n1, 1, 8\n | a height of -1 in record 1
+  hindcast | time, hs, tp\n0, -1, 8\n1, 1, 8\n | :2: found a height of -1 in record 1
   hindcast | time, hs, tp\n2020-13-01, 1, 8\n | :2: found "2020-13-01"; expected a number, or a date
   hindcast | time, hs, tp\n2020-01-01, 1, 8\n01/02/20, 1, 8\n | or a date such as 2020-01-31T12:00
   hindcast | time, hs, tp\n0, 1, 8\n2020-01-01, 1, 8\n | :3: found a date in some lines
-  hindcast | time, hs, tp, dir\n0, 1, 8, 9\n1, 1, 8, -999\n | a direction of -999 deg in record 2
+  hindcast | time, hs, tp, dir\n0, 1, 8, 9\n1, 1, 8, -999\n | :3: found a direction of -999 deg in
   hindcast | time, hs, tp, dir\nTWENTY | found 20 values of dir up to 5.7 and no unit.*dir \[rad\]
   hindcast | 01.02.2020 00:00, 1, 6\n | the time .s., or a date
   hindcast | time, hs, tp, dir [m]\n0, 1, 8, 9\n1, 1, 8, 9\n | expected it in deg
@@ -275,7 +275,8 @@ WRONG_TABLES = r"""
   scatter | hs [s], 6, 8\n0.5, 3, 4\n | found hs .s.; expected it in m
   scatter | hs, 6, 8\n | expected lines of numbers, the first of them a significant height
   scatter | hs, 6, 8\n50, 3, 4\n150, 1, 2\n | heights up to 150 m; expected at most 30 m
-  scatter | hs, 6, 8\n0.5, -3, 4\n | found counts that are negative
+  scatter | hs, 6, 8\n0.5, 1, 2\n1, -3, 4\n | :3: found counts that are negative
+  scatter | hs, 6, 8\n0.5, 1, 2\n1, inf, 4\n | :3: found inf; expected finite
 """
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from threading import Thread
+from unittest.mock import Mock
 
 import psutil
 import pytest
@@ -18,7 +19,7 @@ from scenes import CASES, SEA, in_contact, in_waves
 from hydrosim.compare.dataset import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
-from hydrosim.study.executors import Processes
+from hydrosim.study.executors import Processes, _serve_process
 from hydrosim.study.shared import RunTask, SceneCache
 
 FATAL, REFUSED = 3, 5  # seeds
@@ -74,6 +75,14 @@ def fatal_digest(run: xr.Dataset) -> xr.Dataset:
     if run.attrs["seeds"] == [REFUSED]:
         raise InputError("variables: found nothing")
     return run[["position"]]
+
+
+@pytest.mark.parametrize("error", [EOFError, ConnectionResetError])
+def test_a_process_whose_parent_has_gone_ends_without_a_word(error: type[Exception]) -> None:
+    """The pipe is closed where the parent has ended, and reset where it was killed."""
+    pipe = Mock(recv=Mock(side_effect=error))
+    _serve_process(pipe, Mock())
+    pipe.send.assert_not_called()
 
 
 @pytest.mark.slow

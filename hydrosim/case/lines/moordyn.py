@@ -226,7 +226,8 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
     names = rows.names[2:8]
     if len(rows.rows) > 0 and [name[:1] for name in names] != list(BODY_COLUMN_INITIALS):
         expected = "ID, Attachment, X0, Y0, Z0, r0, p0, y0"
-        rows.source.wrong(f"{rows.title}: found {' '.join(rows.names)}; expected {expected}")
+        text = f"{rows.title}: found {' '.join(rows.names)}; expected {expected}"
+        rows.source.wrong(text, rows.line)
     seen: dict[str, FileBody] = {}
     for line, words in rows:
         kind = words[1].lower()

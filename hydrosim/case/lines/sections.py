@@ -97,10 +97,12 @@ class FileSection:
 
 @dataclass(frozen=True)
 class SectionTable:
-    """The table of a section: ``names`` of columns in small letters, and words by line."""
+    """The table of a section that begins in a ``line``: ``names`` of columns in small letters, and
+    words by line."""
 
     source: Source
     title: str
+    line: int
     names: list[str]
     rows: dict[int, list[str]]
 
@@ -121,7 +123,8 @@ class SectionTable:
         if column is None:
             expected = " or ".join(name.upper() for name in COLUMN_NAMES[what])
             column_names = " ".join(self.names) or "no columns"
-            self.source.wrong(f"{self.title}: found {column_names}; expected a column {expected}")
+            text = f"{self.title}: found {column_names}; expected a column {expected}"
+            self.source.wrong(text, self.line)
         return column
 
     def number(
@@ -215,7 +218,7 @@ def read_table(source: Source, section: FileSection) -> SectionTable:
             f"{section.title}: found {len(data)} rows and the count {count}; expected the same",
             next(iter(section.rows)),
         )
-    return SectionTable(source, section.title, names, data)
+    return SectionTable(source, section.title, section.line, names, data)
 
 
 def _take_count(rows: dict[int, list[str]]) -> int | None:

@@ -87,21 +87,27 @@ _REFERENCE = {
 _SYMMETRY = ("None", "xz plane", "yz plane", "xz and yz planes", "circular")
 
 
-class _Node:
-    """A mapping of the file with its position; its scalars are texts."""
+_LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
-    def __init__(self, path: Path, name: str, content: Any) -> None:
+
+class _Node:
+    """A mapping of the file with its place, keys and numbers of items; its scalars are texts."""
+
+    def __init__(self, path: Path, place: tuple[str | int, ...], content: Any) -> None:
         self.path = path
-        self.name = name
+        self.place = place
         self.content = content
         if not isinstance(content, dict):
             raise self.wrong("", value_text(content), "a mapping")
 
     def wrong(self, key: str, text: str, expected: str) -> InputError:
         """Error to raise about a key."""
+        place = (*self.place, key) if key else self.place
+        name = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
         return InputError(
-            f"{self.path}: {self.name}{key}: found {text}, expected {expected}. Save the OrcaFlex"
-            " model as text data again, or correct the entry."
+            f"{self.path}: line {_line_of(self.path, place)}: {name.lstrip('.') or 'the file'}:"
+            f" found {text}, expected {expected}. Save the OrcaFlex model as text data again, or"
+            " correct the entry."
         )
 
     def get(self, key: str) -> Any:
@@ -112,14 +118,14 @@ class _Node:
 
     def node(self, key: str) -> _Node:
         """The mapping under a key."""
-        return _Node(self.path, f"{self.name}{key}.", self.get(key))
+        return _Node(self.path, (*self.place, key), self.get(key))
 
     def nodes(self, key: str) -> list[_Node]:
         """The mappings in the list under a key."""
         items = self.get(key)
         if not isinstance(items, list):
             raise self.wrong(key, value_text(items), "a list")
-        return [_Node(self.path, f"{self.name}{key}[{i}].", item) for i, item in enumerate(items)]
+        return [_Node(self.path, (*self.place, key, i), item) for i, item in enumerate(items)]
 
     def choice(self, key: str, choices: Sequence[str]) -> str:
         """Value of a key that is one of several words."""
@@ -218,7 +224,7 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in an OrcaFlex file with one vessel type and draught. Raises `InputError` for data
     that are missing or do not fit."""
-    model = _Node(path, "", _load_content(path))
+    model = _Node(path, (), _load_content(path))
     vessel = _find_vessel(model, given)
     draught = vessel.draught
     units = vessel.units
@@ -259,10 +265,9 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 def _load_content(path: Path) -> Any:
     """Document with all scalars as texts, because YAML does not recognise 12e3 as a number."""
     text = "\n".join(read_text(path).lines)
-    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
     try:
-        _require_shallow(path, yaml.parse(text, Loader=loader))
-        return yaml.load(text, Loader=loader)
+        _require_shallow(path, yaml.parse(text, Loader=_LOADER))
+        return yaml.load(text, Loader=_LOADER)
     except yaml.MarkedYAMLError as error:
         line = 0 if error.problem_mark is None else error.problem_mark.line
         raise InputError(
@@ -290,6 +295,24 @@ def _require_shallow(path: Path, events: Iterable[yaml.Event]) -> None:
                 " lists and mappings; expected at most that. The file is damaged; save the model"
                 " as text data again."
             )
+
+
+def _line_of(path: Path, place: tuple[str | int, ...]) -> int:
+    """The line of an entry, or of the last one above it that is there."""
+    node = yaml.compose("\n".join(read_text(path).lines), Loader=_LOADER)
+    line = 1
+    for part in place:
+        if isinstance(node, yaml.MappingNode):
+            scalars = (pair for pair in node.value if isinstance(pair[0], yaml.ScalarNode))
+            entries = {pair[0].value: pair for pair in scalars}
+            if part not in entries:
+                break
+            key, node = entries[part]
+            line = key.start_mark.line + 1
+        elif isinstance(node, yaml.SequenceNode) and isinstance(part, int):
+            node = node.value[part]
+            line = node.start_mark.line + 1
+    return line
 
 
 def _flatten(item: Any, depth: int) -> Iterator[Any]:

@@ -1,4 +1,5 @@
 import copy
+import re
 from time import process_time
 from typing import Any
 
@@ -268,8 +269,11 @@ def test_messages_name_the_key(model, tmp_path):
     with pytest.raises(InputError, match=r"no draught with load RAOs, .* a .drive. prescribes"):
         read(write(path, model | {"VesselTypes": [kind | {"Draughts": []}]}))
     draught = draught_of(model) | {"ReferenceOrigin": [0, "x", 0]}
-    with pytest.raises(InputError, match=r'Draughts\[0\]\.ReferenceOrigin: found "x", expected'):
+    said = r'line (\d+): VesselTypes\[0\]\.Draughts\[0\]\.ReferenceOrigin: found "x", expected'
+    with pytest.raises(InputError, match=said) as caught:
         read(write(path, model | {"VesselTypes": [kind | {"Draughts": [draught]}]}))
+    line = int(re.findall(said, str(caught.value))[0])
+    assert "ReferenceOrigin:" in path.read_text().splitlines()[line - 1]
     path.write_text("General:\n  UnitsSystem: SI\n :\n")
     with pytest.raises(InputError, match=r"line 3: .*expected YAML"):
         read(path)
