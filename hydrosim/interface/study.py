@@ -18,11 +18,11 @@ from hydrosim.interface.printed import PrintedResult, draw_runs, table_output, w
 from hydrosim.report.sentences.limits import limits_tables, side_of
 from hydrosim.report.sentences.study import study_tables
 from hydrosim.results.dataset import write_run
-from hydrosim.results.runs_file import COMPLETE, open_runs
+from hydrosim.results.runs_file import COMPLETE, locked_journal, open_runs
 from hydrosim.study.executors import Processes
 from hydrosim.study.many_runs import run_study, run_until
 from hydrosim.study.operability import limits_of, load_limits
-from hydrosim.study.shared import describe_outside_ranges, locked_journal
+from hydrosim.study.scene_cache import describe_outside_ranges
 from hydrosim.study.sweep import ParameterStudy, load_study, read_study
 from hydrosim.study.weather import assess_weather, read_weather
 

@@ -15,11 +15,9 @@ seed that was not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
-from threading import Event
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -32,19 +30,18 @@ from hydrosim.files.cache import program_version, versions
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document_layout import text_of
 from hydrosim.files.document_nodes import Value
-from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
+from hydrosim.files.interrupts import raise_if_interrupted
 from hydrosim.files.yaml_nodes import locating_in
 from hydrosim.results.dataset import KIND, ResultKind
-from hydrosim.results.journal import Journal, StoredRun
-from hydrosim.results.runs_file import COMPLETE
+from hydrosim.results.runs_file import INTERRUPTED, NOT_RUN, Journal, RunOutcome
 from hydrosim.results.variables import describe_coordinates, describe_values
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
 from hydrosim.study import sweep
-from hydrosim.study.executors import RunOutcome, collected_here, outcome_of
+from hydrosim.study.executors import Threads, make_runs
+from hydrosim.study.scene_cache import RunTask, SceneCache, identity
 from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, scene_in_sea, wind_sea
-from hydrosim.study.shared import SceneCache, identity
 from hydrosim.study.spectral_limits import Spectral, spectral
 
 if TYPE_CHECKING:
@@ -191,56 +188,35 @@ class Trials:
     ) -> None:
         self.figures, self.workers, self.progress = tuple(figures), workers, progress
         self.count, self.failed, self.message = 0, 0, ""
-        self._shared = SceneCache()
+        self._cache = SceneCache()
         self._journal = journal
 
     def values(self, scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
         """The figures (n, nf) of each scene, and whether its run came to its end (n,)."""
         raise_if_interrupted()
-        runs = range(self.count, self.count + len(scenes))
-        stop = Event()
-        with collected_here(), ThreadPoolExecutor(self.workers) as pool:
-            try:
-                futures = [
-                    self._start_run(run, scene, pool, stop)
-                    for run, scene in zip(runs, scenes, strict=True)
-                ]
-                outcomes = [
-                    self._record_outcome(run, future.result())
-                    for run, future in zip(runs, futures, strict=True)
-                ]
-            finally:
-                stop.set()
-        if any(outcome.status == "interrupted" for outcome in outcomes):
-            raise KeyboardInterrupt
-        self.count += len(scenes)
+        begin = self.count
         figures = np.full((len(scenes), len(self.figures)), np.nan)
-        for row, outcome in zip(figures, outcomes, strict=True):
-            if outcome.found is not None:
-                row[:] = [float(outcome.found[figure.name]) for figure in self.figures]
-            else:
+        complete = np.zeros(len(scenes), bool)
+
+        def compile_task(run: int) -> RunTask | Exception:
+            return self._cache.compile_task(scenes[run - begin])
+
+        def take(run: int, outcome: RunOutcome) -> None:
+            if outcome.status in (NOT_RUN, INTERRUPTED):
+                raise KeyboardInterrupt
+            if outcome.dataset is None:
                 self.failed += 1
                 self.message = self.message or outcome.message
+                return
+            complete[run - begin] = True
+            row = [float(outcome.dataset[figure.name]) for figure in self.figures]
+            figures[run - begin] = row
+
+        runs = range(begin, begin + len(scenes))
+        make_runs(runs, compile_task, self._figures, Threads(self.workers), take, self._journal)
+        self.count += len(scenes)
         self.progress(self.count)
-        return figures, np.array([outcome.found is not None for outcome in outcomes])
-
-    def _start_run(
-        self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
-    ) -> Future[RunOutcome]:
-        """A run that is in the journal, or is being made."""
-        if self._journal is None or run not in self._journal:
-            return pool.submit(outcome_of, self._shared.compile_task(scene), self._figures, stop)
-        future: Future[RunOutcome] = Future()
-        future.set_result(RunOutcome(COMPLETE, found=self._journal.read(run).found))
-        return future
-
-    def _record_outcome(self, run: int, outcome: RunOutcome) -> RunOutcome:
-        """The outcome of a run, which is in the journal if it is complete."""
-        journal = self._journal
-        if journal is not None and run not in journal and outcome.found is not None:
-            with delay_interrupts():
-                journal.add(run, StoredRun(outcome.found, {}, ""))
-        return outcome
+        return figures, complete
 
     def _figures(self, run: xr.Dataset) -> xr.Dataset:
         results = RunResults(run)
@@ -293,7 +269,7 @@ class Limits:
 
     @property
     def identity(self) -> dict[str, str]:
-        """What must be the same for the search to go on, see `hydrosim.study.shared.identity`."""
+        """What must be the same for the search to go on (`hydrosim.study.scene_cache`)."""
         heights = self.wanted.heights.values()
         varied = {
             "seeds": self.seeds,

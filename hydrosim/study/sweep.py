@@ -31,12 +31,13 @@ from hydrosim.files.outputs import settings_text
 from hydrosim.files.units import Scale, factor
 from hydrosim.files.yaml_nodes import SETTING, compose_nodes, locating_in
 from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
-from hydrosim.simulation import NotAskable, prepare_scene, simulate
+from hydrosim.simulation import NotAskable, prepare_scene
 from hydrosim.statistics.effects import CYCLIC
 from hydrosim.statistics.figures import RequestedStatistic, ScalarResult
 from hydrosim.statistics.results import MotionCauseResult, RunResults, StageResult
 from hydrosim.study import designs, study_file
 from hydrosim.study.designs import CaseValue, label_values, value_at_key
+from hydrosim.study.run_layout import try_scene
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -418,8 +419,6 @@ def _attributes_of_parameter(of: CaseValue) -> dict[str, Any]:
 
 # Trial: a few steps of a scene, to check before many runs that it has the figures asked for.
 
-TRIAL_STEPS = 4  # of output
-
 
 def check_figures(
     file: Path, scenes: Sequence[Scene], figures: Sequence[RequestedStatistic]
@@ -450,12 +449,10 @@ def _try_figures(
 ) -> dict[str, str | InputError]:
     """The unit of each figure in a few steps of a scene, or why there is none; nothing where the
     scene cannot be run."""
-    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
-    try:
-        run = simulate(short)
-    except NotAskable:
-        raise
-    except HydrosimError:
+    run = try_scene(scene)
+    if isinstance(run, NotAskable):
+        raise run
+    if isinstance(run, HydrosimError):
         return {}
     units: dict[str, str | InputError] = {}
     results = RunResults(run)
