@@ -258,9 +258,9 @@ class RunsWriter:
         for name in self._names:
             variable: netCDF4.Variable = self._file[name]
             values = np.full((len(self._block), *variable.shape[1:]), variable._FillValue)
-            for row, outcome in zip(values, self._block, strict=True):
+            for k, outcome in enumerate(self._block):
                 if outcome.dataset is not None:
-                    row[...] = outcome.dataset.variables[name].values
+                    values[k] = outcome.dataset.variables[name].values
             variable[rows] = values
         for k, name in enumerate(TEXTS):
             self._file[name][rows] = np.array([outcome[k] for outcome in self._block], dtype=object)
@@ -297,7 +297,6 @@ class Journal:
 
     def __init__(self, folder: Path, identity: Mapping[str, str] | None = None) -> None:
         self._folder = folder
-        self._first = self._last = first_of(folder)
         self._places: dict[int, int] = {}
         self._complete: set[int] = set()
         there = [name for name in (FIRST_RUN_FILE, KNOWN) if (folder / name).exists()]
@@ -311,6 +310,9 @@ class Journal:
             self._file.truncate(0)
             self._file.write(_entry_of(dict(identity)))
             self._file.flush()
+        self._first = self._last = first_of(folder) if self._complete else None
+        if self._complete and self._first is None:
+            raise FileNotFoundError(folder / FIRST_RUN_FILE)
 
     def _index_entries(self, needed: set[str]) -> int:
         """Find the runs, up to the first incomplete entry, and where that begins. Raises InputError
@@ -330,7 +332,7 @@ class Journal:
                     changed = altered[0]
                 else:
                     fitting += 1
-                    if self._first is not None or not values:
+                    if FIRST_RUN_FILE in self._beside or not values:
                         self._places[run] = place
                         (self._complete.add if values else self._complete.discard)(run)
                 place = self._file.tell()
