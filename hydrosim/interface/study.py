@@ -214,7 +214,7 @@ def find_limits(
     weather = read_weather(file.parent, planned.wanted)
 
     def tell(sea: str, runs: int, done: int) -> None:
-        progress(done, planned.seas, f"{sea}, {runs} runs")
+        progress(done, len(planned.seas), f"{sea}, {runs} runs")
 
     count = workers or os.cpu_count() or 1
     if result is None or page is None:

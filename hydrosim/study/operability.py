@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from hydrosim.study.study_file import Operability, StudyFile
 
 CONFIDENCE = 0.9
+INTERVAL = ("limit", "low", "high")  # variables: a limit and the ends of its interval
 RUNS_PER_CHUNK = 8  # runs at a time, after which there may be enough
 
 Outcomes = Callable[[Sequence[tuple[int, int]]], np.ndarray]
@@ -122,10 +123,14 @@ class LimitSearch:
         high = self._last_allowed_height(criterion_numbers, largest, self.heights, limit) + 1
         return HeightLimit(limit, min(low, limit), max(high, limit + 1), inferred, otherwise)
 
-    def failures(self, criteria: Sequence[int], height: int) -> np.ndarray:
-        """How many seeds fail each criterion at a height, of those that were run there."""
-        outcomes = [self.known[height, s] for s in range(self.seeds) if (height, s) in self.known]
-        return np.sum(~np.array(outcomes)[:, list(criteria)], axis=0) if outcomes else np.zeros(0)
+    def governing(self, criteria: Sequence[int], limit: int) -> int | None:
+        """Which criterion fails most at the first height beyond the limit that was run."""
+        for height in range(limit + 1, self.heights):
+            outcomes = [held for (h, _), held in self.known.items() if h == height]
+            failing = np.sum([~held[list(criteria)] for held in outcomes], axis=0)
+            if np.any(failing):
+                return criteria[int(failing.argmax())]
+        return None
 
     def _last_allowed_height(self, of: list[int], most: int, above: int, below: int = -1) -> int:
         """The last height below ``above`` at which no more than ``most`` seeds fail."""
@@ -263,9 +268,14 @@ class Limits:
         return self.wanted.headings or (wind_sea(self.scene).heading,)
 
     @property
-    def seas(self) -> int:
-        """How many seas there are."""
-        return sum(1 for _ in _seas_of_study(self))
+    def seas(self) -> dict[tuple[int, int, int], Sea]:
+        """All seas, by the numbers of their swell, heading and peak period."""
+        return {
+            (i, j, k): Sea(period, heading, swell)
+            for i, swell in enumerate(self.swells)
+            for j, heading in enumerate(self.headings)
+            for k, period in enumerate(self.wanted.peak_periods)
+        }
 
     @property
     def identity(self) -> dict[str, str]:
@@ -274,7 +284,7 @@ class Limits:
         varied = {
             "seeds": self.seeds,
             "heights": heights,
-            "seas": [sea for _, sea in _seas_of_study(self)],
+            "seas": [*self.seas.values()],
         }
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
         return identity([self.scene], SceneCache().open_sources, varied, asked)
@@ -340,39 +350,39 @@ def limits_of(
     and the criterion that governs; 0 where the smallest height fails, and the largest
     height, its interval without an upper end, where that holds. A ``journal`` keeps the runs."""
     about = spectral(study.scene, study.figures, bool(study.wanted.swells))
-    is_spectral = isinstance(about, Spectral)
-    if not is_spectral:
+    if not isinstance(about, Spectral):
         allowed_failures(len(study.seeds), study.wanted.probability)
     trials = Trials(study.figures, workers, journal=journal)
-    table = _LimitTable(study)
-    for done, (at, sea) in enumerate(_seas_of_study(study)):
+    heights = study.wanted.heights.values()
+    limits = _empty_limits(study)
+    for done, (place, sea) in enumerate(study.seas.items()):
         progress(_sea_name(sea), trials.count, done)
+        before = trials.count
         if isinstance(about, Spectral):
-            table.add_spectral(at, sea, about)
+            find = _spectral_finder(study, sea, about)
         else:
-            table.add_searched(at, sea, trials)
-    dataset = table.dataset()
+            find = _search_finder(study, sea, trials)
+        for k, criteria in enumerate(study.stages().values()):
+            for name, value in find(criteria).items():
+                limits[name].values[(k, *place)] = value
+        limits.runs.values[place] = trials.count - before
+    limits["governing"] = limits.governing.astype(str)
     if study.wanted.headings:
-        dataset = add_mirrored_limits(dataset, study.scene, study.figures, study.swells)
-    dataset.attrs.update(study.scene.source)
-    dataset.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
-    dataset.attrs["method"] = "by response spectra" if is_spectral else f"by runs: {about}"
-    dataset.attrs["runs"] = trials.count
-    dataset.attrs["runs_of_all"] = (
-        0 if is_spectral else study.seas * len(table.heights) * len(study.seeds)
-    )
+        limits = add_mirrored_limits(limits, study.scene, study.figures, study.swells)
+    is_spectral = isinstance(about, Spectral)
+    limits.attrs |= {
+        **study.scene.source,
+        "program": f"hydrosim {program_version()}",
+        "versions": versions(),
+        "method": "by response spectra" if is_spectral else f"by runs: {about}",
+        "runs": trials.count,
+        "runs_of_all": 0 if is_spectral else len(study.seas) * len(heights) * len(study.seeds),
+    }
     if trials.failed:
-        dataset.attrs["failed"] = (
+        limits.attrs["failed"] = (
             f"{trials.failed} runs failed and count as not held; the first: {trials.message}"
         )
-    return dataset
-
-
-def _seas_of_study(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
-    for i, swell in enumerate(study.swells):
-        for j, heading in enumerate(study.headings):
-            for k, period in enumerate(study.wanted.peak_periods):
-                yield (i, j, k), Sea(period, heading, swell)
+    return limits
 
 
 def _sea_name(sea: Sea) -> str:
@@ -380,130 +390,97 @@ def _sea_name(sea: Sea) -> str:
     return f"Tp {sea.peak_period:g} s, heading {np.degrees(sea.heading):g} deg{swell}"
 
 
-@dataclass
-class _LimitTable:
-    """Limits as they are found."""
+Finder = Callable[[list[int]], dict[str, Any]]
+"""Finds the limit of some criteria in a sea: values of the variables of limits."""
 
-    study: Limits
-    values: dict[str, np.ndarray] = field(init=False)
 
-    def __post_init__(self) -> None:
-        study = self.study
-        self.heights = np.array(study.wanted.heights.values())
-        self.stages = study.stages()
-        shape = len(study.swells), len(study.headings), len(study.wanted.peak_periods)
-        size = (len(self.stages), *shape)
-        self.values = {name: np.full(size, np.nan) for name in ("limit", "low", "high")}
-        self.values |= {name: np.zeros(size, int) for name in ("inferred", "otherwise")}
-        self.values["governing"] = np.full(size, "", dtype=object)
-        self.values["runs"] = np.zeros(shape, int)
+def _spectral_finder(study: Limits, sea: Sea, about: Spectral) -> Finder:
+    """Limits among the heights; outside them as a search has it."""
+    lowest, *_, highest = study.wanted.heights.values()
+    probability = study.wanted.probability
+    figures = zip(study.figures, study.limits, strict=True)
+    spectral_limits = [about.limit(sea, figure, limit, probability) for figure, limit in figures]
 
-    def add_spectral(self, at: tuple[int, ...], sea: Sea, about: Spectral) -> None:
-        study = self.study
-        spectral_limits = [
-            about.limit(sea, figure, limit, study.wanted.probability)
-            for figure, limit in zip(study.figures, study.limits, strict=True)
-        ]
-        for s, criteria in enumerate(self.stages.values()):
-            least = min(criteria, key=lambda k: spectral_limits[k])
-            for name, value in self._limit_among_heights(spectral_limits[least]).items():
-                self.values[name][(s, *at)] = value
-            reached = spectral_limits[least] <= self.heights[-1]
-            self.values["governing"][(s, *at)] = study.figures[least].name if reached else ""
-
-    def _limit_among_heights(self, limit: float) -> dict[str, float]:
-        """A limit among the heights; outside them as a search has it."""
-        lowest, highest = map(float, self.heights[[0, -1]])
+    def find(criteria: list[int]) -> dict[str, Any]:
+        least = min(criteria, key=lambda k: spectral_limits[k])
+        limit = spectral_limits[least]
+        governing = study.figures[least].name if limit <= highest else ""
+        interval = (limit, limit, limit)
         if limit < lowest:
-            return {"limit": 0.0, "low": 0.0, "high": lowest}
-        if limit > highest:
-            return {"limit": highest, "low": highest, "high": inf}
-        return dict.fromkeys(("limit", "low", "high"), limit)
+            interval = (0.0, 0.0, lowest)
+        elif limit > highest:
+            interval = (highest, highest, inf)
+        return {**dict(zip(INTERVAL, interval, strict=True)), "governing": governing}
 
-    def add_searched(self, at: tuple[int, ...], sea: Sea, trials: Trials) -> None:
-        study = self.study
-        before = trials.count
+    return find
 
-        def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
-            scenes = [
-                scene_in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s])
-                for h, s in runs
-            ]
-            return study.limits_hold(*trials.values(scenes))
 
-        search = LimitSearch(len(self.heights), len(study.seeds), outcomes)
-        for s, criteria in enumerate(self.stages.values()):
-            height_limit = search.find_limit(criteria, study.wanted.probability)
-            place = (s, *at)
-            self.values["limit"][place] = self._height(height_limit.limit)
-            self.values["low"][place] = self._height(height_limit.low)
-            self.values["high"][place] = self._height(height_limit.high)
-            self.values["inferred"][place] = height_limit.inferred
-            self.values["otherwise"][place] = height_limit.otherwise
-            self.values["governing"][place] = self._governing(search, criteria, height_limit.limit)
-        self.values["runs"][at] = trials.count - before
+def _search_finder(study: Limits, sea: Sea, trials: Trials) -> Finder:
+    """Limits by bisection on the seeds of the study."""
+    heights = study.wanted.heights.values()
 
-    def _height(self, number: int) -> float:
-        if number < 0:
-            return 0.0
-        return float(self.heights[number]) if number < len(self.heights) else inf
+    def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
+        scenes = [scene_in_sea(study.scene, sea, heights[h], study.seeds[s]) for h, s in runs]
+        return study.limits_hold(*trials.values(scenes))
 
-    def _governing(self, search: LimitSearch, criteria: list[int], limit: int) -> str:
-        """Which criterion fails most at the first height beyond the limit that was run."""
-        for height in range(limit + 1, len(self.heights)):
-            failing = search.failures(criteria, height)
-            if failing.size and failing.any():
-                return self.study.figures[criteria[int(failing.argmax())]].name
-        return ""
+    search = LimitSearch(len(heights), len(study.seeds), outcomes)
+    values = [*heights, inf, 0.0]  # number -1: the smallest height fails
 
-    def dataset(self) -> xr.Dataset:
-        study = self.study
-        dims = ("stage", "swell", "heading", "peak_period")
-        descriptions = {
-            "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
-            "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),
-            "high": (f"its upper end with {CONFIDENCE:.0%}, infinite if above all", "m"),
-            "inferred": ("seeds at the limit that were inferred, then run", "1"),
-            "otherwise": ("of these, seeds that then failed", "1"),
-            "runs": ("runs", "1"),
-            "governing": ("the criterion that fails first", ""),
-        }
-        variables = {
-            name: describe_values(
-                dims if values.ndim == len(dims) else dims[1:],
-                _texts_of(values),
-                *descriptions[name],
-            )
-            for name, values in self.values.items()
-        }
-        swells = [
-            "none"
-            if s is None
-            else f"{s.significant_height:g} m, {s.peak_period:g} s, {np.degrees(s.heading):g} deg"
-            for s in study.swells
-        ]
-        coordinates = {
-            "stage": [*self.stages],
-            "swell": swells,
-            "heading": describe_values(
-                "heading", np.array(study.headings), "where waves go to", "rad"
-            ),
-            "peak_period": describe_values(
-                "peak_period", np.array(study.wanted.peak_periods), "peak period", "s"
-            ),
-        }
-        attributes = {
-            KIND: ResultKind.OPERABILITY.value,
-            "title": study.scene.title,
-            "probability": study.wanted.probability,
-            "confidence": CONFIDENCE,
-            "seeds": len(study.seeds),
-            "criteria": "\n".join(_criterion_texts(study)),
-            "lowest": float(self.heights[0]),
-            "highest": float(self.heights[-1]),
-            "apart": study.wanted.heights.apart,
-        }
-        return describe_coordinates(xr.Dataset(variables, coordinates, attributes))
+    def find(criteria: list[int]) -> dict[str, Any]:
+        *numbers, inferred, otherwise = search.find_limit(criteria, study.wanted.probability)
+        interval = dict(zip(INTERVAL, [values[k] for k in numbers], strict=True))
+        governing = search.governing(criteria, numbers[0])
+        name = "" if governing is None else study.figures[governing].name
+        return {**interval, "inferred": inferred, "otherwise": otherwise, "governing": name}
+
+    return find
+
+
+def _empty_limits(study: Limits) -> xr.Dataset:
+    """Limits of all seas, of which none is known."""
+    descriptions = {
+        "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
+        "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),
+        "high": (f"its upper end with {CONFIDENCE:.0%}, infinite if above all", "m"),
+        "inferred": ("seeds at the limit that were inferred, then run", "1"),
+        "otherwise": ("of these, seeds that then failed", "1"),
+        "governing": ("the criterion that fails first", ""),
+        "runs": ("runs", "1"),
+    }
+    kinds: dict[str, type] = {"inferred": int, "otherwise": int, "runs": int, "governing": object}
+    swells = [
+        "none"
+        if s is None
+        else f"{s.significant_height:g} m, {s.peak_period:g} s, {np.degrees(s.heading):g} deg"
+        for s in study.swells
+    ]
+    periods = np.array(study.wanted.peak_periods)
+    coordinates = {
+        "stage": [*study.stages()],
+        "swell": swells,
+        "heading": describe_values("heading", np.array(study.headings), "where waves go to", "rad"),
+        "peak_period": describe_values("peak_period", periods, "peak period", "s"),
+    }
+    sizes = (len(study.stages()), len(swells), len(study.headings), periods.size)
+    variables = {}
+    for name, about in descriptions.items():
+        first = 1 if name == "runs" else 0  # runs are of all stages
+        kind = kinds.get(name, float)
+        values: np.ndarray = np.full(sizes[first:], "" if kind is object else 0, kind)
+        variables[name] = describe_values((*coordinates,)[first:], values, *about)
+    heights = study.wanted.heights
+    attributes = {
+        KIND: ResultKind.OPERABILITY.value,
+        "title": study.scene.title,
+        "probability": study.wanted.probability,
+        "confidence": CONFIDENCE,
+        "seeds": len(study.seeds),
+        "criteria": "\n".join(_criterion_texts(study)),
+        "lowest": heights.values()[0],
+        "highest": heights.values()[-1],
+        "apart": heights.apart,
+    }
+    return describe_coordinates(xr.Dataset(variables, coordinates, attributes))
 
 
 def _criterion_texts(study: Limits) -> Iterator[str]:
@@ -513,7 +490,3 @@ def _criterion_texts(study: Limits) -> Iterator[str]:
         side = "at least" if least else "at most"
         asked = text_of(Value(limit, study.units.get(figure.name, "")), units)
         yield f"{figure.name}: {figure} {side} {asked}"
-
-
-def _texts_of(values: np.ndarray) -> np.ndarray:
-    return values.astype(str) if values.dtype == object else values
