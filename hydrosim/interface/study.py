@@ -116,7 +116,7 @@ def sweep(
     )
     lines: list[str] = []
     path: Path | None
-    if planned.until is not None:
+    if planned.data.until is not None:
         runs, path, summary = _run_until_accurate(
             planned, result, workers, scheduler, where.resume, announce
         )
@@ -154,7 +154,7 @@ def _run_until_accurate(
     announce: Announce,
 ) -> tuple[xr.Dataset, Path, str]:
     """Run a study with more and more seeds."""
-    if result is None or planned.until is None:
+    if result is None:
         raise InputError("output: found none; expected one, as the study adds seeds to a file.")
 
     def run(part: ParameterStudy, path: Path) -> xr.Dataset:
@@ -165,7 +165,7 @@ def _run_until_accurate(
             raise KeyboardInterrupt
         return runs
 
-    summary = run_until(planned, planned.seeds, planned.until, run, result, resume)
+    summary = run_until(planned, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None
     return runs, result.path, summary

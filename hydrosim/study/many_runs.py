@@ -47,7 +47,6 @@ from hydrosim.study.sweep import (
     check_figures,
     check_units,
     figures_by_name,
-    scenes_with_seeds,
 )
 
 if TYPE_CHECKING:
@@ -325,16 +324,16 @@ def run_study(
     file = study.inputs[0]
     kinds = run_layout.one_scene_of_each_kind(study.scenes) if study.figures else []
     with locating_in(file), _named_as(f"{file}: output:"):
-        check_units(file, study.bounds, check_figures(file, kinds, study.figures))
+        check_units(file, study.data.bounds(), check_figures(file, kinds, study.figures))
         return simulate_many(
             study.scenes,
             output,
-            variables=study.kept.variables,
-            channels=study.kept.channels,
+            variables=study.data.output.variables,
+            channels=study.data.output.channels,
             labels=study.labels,
             figures=study.figures,
             attributes={KIND: ResultKind.STUDY.value, DESIGN: study.design},
-            start=study.kept.start,
+            start=study.data.output.start,
             workers=workers,
             progress=progress,
             resume=resume,
@@ -360,21 +359,16 @@ Run = Callable[[ParameterStudy, Path], xr.Dataset]
 """Makes the runs of a study into a file, those that are kept of it taken over."""
 
 
-def run_until(
-    study: ParameterStudy,
-    seeds: tuple[int, ...],
-    wanted: SeedTarget,
-    run: Run,
-    output: outputs.Output,
-    resume: bool = False,
-) -> str:
-    """Runs in rounds, each with as many seeds as all before it, into the file ``output``; says in
-    words how wide the widest interval is, and of how many seeds.
+def run_until(study: ParameterStudy, run: Run, output: outputs.Output, resume: bool = False) -> str:
+    """Runs a study in rounds, each with as many seeds as all before it, into the file ``output``;
+    says in words how wide the widest interval is, and of how many seeds.
 
     Rounds are kept until the end in the folder ``output``.rounds, under names that say what they
     are of: as the seeds of a round follow from those before it, a study that was killed goes on
     with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
-    all_seeds = list(seeds)
+    wanted = study.data.until
+    assert wanted is not None
+    all_seeds = [*(study.data.seeds or ())]
     part = study
     folder = Path(f"{output.path}.rounds")
     shared = SceneCache()
@@ -392,7 +386,7 @@ def run_until(
             if width <= wanted.wide.value or count_of_new <= 0 or wanted.figure not in runs:
                 break
             new = [max(all_seeds) + 1 + k for k in range(count_of_new)]
-            part = replace(with_seeds(study, len(seeds), new), first=runs.sizes[RUN])
+            part = replace(study.with_seeds(new), first=runs.sizes[RUN])
             all_seeds = [*all_seeds, *new]
         write_run(runs, output)
         for batch in rounds:
@@ -459,7 +453,7 @@ def _make_round(
     part: ParameterStudy, number: int, shared: SceneCache, folder: Path, run: Run
 ) -> xr.Dataset:
     """The runs of a round: those that are there, if they are all and of this study."""
-    request = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
+    request = {"figures": part.figures, "kept": repr(part.data.output), "design": part.design}
     labels = {name: label.values for name, label in part.labels.items()}
     state = digest(identity(part.scenes, shared.open_sources, labels, request))
     path = folder / f"{number}-{state[:16]}.nc"
@@ -483,13 +477,3 @@ def widest_interval(runs: xr.Dataset, figure: str) -> float:
     rows = [row for plan in effects.plans(runs) for row in effects.rows(plan)]
     widths = [row.spread.high - row.spread.low for row in rows if row.figure == figure]
     return max((inf if isnan(width) else width for width in widths), default=inf)
-
-
-def with_seeds(study: ParameterStudy, count: int, new: list[int]) -> ParameterStudy:
-    """The same combinations, of which the study has so many seeds each, with others."""
-    scenes = [sea for scene in study.scenes[::count] for sea in scenes_with_seeds(scene, new)]
-    labels = {
-        name: xr.Variable(RUN, np.repeat(label.values[::count], len(new)), label.attrs)
-        for name, label in study.labels.items()
-    }
-    return replace(study, scenes=tuple(scenes), labels=labels)
