@@ -15,7 +15,7 @@ seed that was not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -89,91 +89,80 @@ def allowed_failures(count: int, probability: float) -> tuple[int, int, int]:
     return int(np.floor(count * (1.0 - probability) + 1e-9)), int(low) - 1, int(high)
 
 
-@dataclass
-class LimitSearch:
-    """Runs of a sea of any of the ``heights`` (how many) and seeds, and what is known of them."""
+FAILS, HOLDS, UNKNOWN = 0, 1, -1  # of a seed at a height
 
-    heights: int
-    seeds: int
-    outcomes: Outcomes
-    known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
+
+class LimitSearch:
+    """Runs of a sea of so many ``heights`` and ``seeds``, and whether these hold so many
+    ``criteria``, as far as it is known from runs that ``outcomes`` makes."""
+
+    def __init__(self, heights: int, seeds: int, criteria: int, outcomes: Outcomes) -> None:
+        self.outcomes = outcomes
+        self.known = np.zeros((heights, seeds), bool)
+        self.held = np.zeros((heights, seeds, criteria), bool)
 
     def find_limit(self, criteria: Sequence[int], probability: float) -> HeightLimit:
         """The limit of some of the ``criteria``, all of which must hold."""
-        criterion_numbers = list(criteria)
-        most, least, largest = allowed_failures(self.seeds, probability)
-        top = self.heights
+        top, seeds = self.known.shape
+        most, least, largest = allowed_failures(seeds, probability)
         inferred, otherwise = 0, 0
-        while True:
-            limit = self._last_allowed_height(criterion_numbers, most, top)
-            if limit < 0:
+        limit = self._last_allowed_height(criteria, most, top)
+        while limit >= 0:
+            guesses = self._states(criteria)[limit]
+            is_guess = ~self.known[limit] & (guesses != UNKNOWN)
+            self._run(limit, np.flatnonzero(~self.known[limit]))
+            states = self._states(criteria)[limit]
+            inferred += int(is_guess.sum())
+            otherwise += int((guesses != states)[is_guess].sum())
+            if np.sum(states == FAILS) <= most:
                 break
-            unknown_seeds = [s for s in range(self.seeds) if (limit, s) not in self.known]
-            guesses = [(s, self._infer_outcome(criterion_numbers, limit, s)) for s in unknown_seeds]
-            self._run([(limit, s) for s in unknown_seeds])
-            informed_guesses = [(s, guess) for s, guess in guesses if guess is not None]
-            wrong = [
-                guess != self._holds(criterion_numbers, (limit, s)) for s, guess in informed_guesses
-            ]
-            inferred, otherwise = inferred + len(wrong), otherwise + sum(wrong)
-            if self._failing(criterion_numbers, limit) <= most:
-                break
-            top = limit
-        low = self._last_allowed_height(criterion_numbers, least, max(limit, 0) + 1)
-        high = self._last_allowed_height(criterion_numbers, largest, self.heights, limit) + 1
+            limit = self._last_allowed_height(criteria, most, limit)
+        low = self._last_allowed_height(criteria, least, max(limit, 0) + 1)
+        high = self._last_allowed_height(criteria, largest, top, limit) + 1
         return HeightLimit(limit, min(low, limit), max(high, limit + 1), inferred, otherwise)
 
     def governing(self, criteria: Sequence[int], limit: int) -> int | None:
         """Which criterion fails most at the first height beyond the limit that was run."""
-        for height in range(limit + 1, self.heights):
-            outcomes = [held for (h, _), held in self.known.items() if h == height]
-            failing = np.sum([~held[list(criteria)] for held in outcomes], axis=0)
-            if np.any(failing):
-                return criteria[int(failing.argmax())]
-        return None
+        failing = (self.known[:, :, None] & ~self.held[:, :, criteria]).sum(axis=1)
+        beyond = np.flatnonzero(failing[limit + 1 :].any(axis=1))
+        return criteria[int(failing[limit + 1 + beyond[0]].argmax())] if beyond.size else None
 
-    def _last_allowed_height(self, of: list[int], most: int, above: int, below: int = -1) -> int:
+    def _last_allowed_height(
+        self, criteria: Sequence[int], most: int, above: int, below: int = -1
+    ) -> int:
         """The last height below ``above`` at which no more than ``most`` seeds fail."""
         while above - below > 1:
             middle = (below + above) // 2
-            if self._is_allowed(of, most, middle):
+            if self._is_allowed(criteria, most, middle):
                 below = middle
             else:
                 above = middle
         return below
 
-    def _is_allowed(self, of: list[int], most: int, height: int) -> bool:
+    def _is_allowed(self, criteria: Sequence[int], most: int, height: int) -> bool:
         """Whether no more than so many seeds fail, with as few runs as decide it."""
         while True:
-            state = [self._infer_outcome(of, height, s) for s in range(self.seeds)]
-            failing, unknown = state.count(False), [s for s, x in enumerate(state) if x is None]
+            states = self._states(criteria)[height]
+            failing, unknown = np.sum(states == FAILS), np.flatnonzero(states == UNKNOWN)
             if failing > most:
                 return False
-            if failing + len(unknown) <= most:
+            if failing + unknown.size <= most:
                 return True
-            self._run([(height, s) for s in unknown[:RUNS_PER_CHUNK]])
+            self._run(height, unknown[:RUNS_PER_CHUNK])
 
-    def _infer_outcome(self, of: list[int], height: int, seed: int) -> bool | None:
-        """Whether a seed holds at a height, by its run there, or by those at others."""
-        if (height, seed) in self.known:
-            return self._holds(of, (height, seed))
-        for other in range(height - 1, -1, -1):
-            if (other, seed) in self.known and not self._holds(of, (other, seed)):
-                return False
-        for other in range(height + 1, self.heights):
-            if (other, seed) in self.known and self._holds(of, (other, seed)):
-                return True
-        return None
+    def _states(self, criteria: Sequence[int]) -> np.ndarray:
+        """Whether seeds hold at heights (heights, seeds), by their runs there, or else by those at
+        others: first by those below that fail, then by those above that hold."""
+        holds = self.held[:, :, criteria].all(axis=2)
+        fails_below = np.logical_or.accumulate(self.known & ~holds, axis=0)
+        holds_above = np.logical_or.accumulate((self.known & holds)[::-1], axis=0)[::-1]
+        inferred = np.where(fails_below, FAILS, np.where(holds_above, HOLDS, UNKNOWN))
+        return np.where(self.known, holds, inferred)
 
-    def _failing(self, of: list[int], height: int) -> int:
-        return sum(not self._holds(of, (height, s)) for s in range(self.seeds))
-
-    def _holds(self, of: list[int], run: tuple[int, int]) -> bool:
-        return bool(self.known[run][of].all())
-
-    def _run(self, runs: list[tuple[int, int]]) -> None:
-        if runs:
-            self.known |= dict(zip(runs, self.outcomes(runs), strict=True))
+    def _run(self, height: int, seeds: np.ndarray) -> None:
+        if seeds.size:
+            self.held[height, seeds] = self.outcomes([(height, seed) for seed in seeds.tolist()])
+            self.known[height, seeds] = True
 
 
 # Trials: runs on all cores, of which only figures are kept.
@@ -423,7 +412,7 @@ def _search_finder(study: Limits, sea: Sea, trials: Trials) -> Finder:
         scenes = [scene_in_sea(study.scene, sea, heights[h], study.seeds[s]) for h, s in runs]
         return study.limits_hold(*trials.values(scenes))
 
-    search = LimitSearch(len(heights), len(study.seeds), outcomes)
+    search = LimitSearch(len(heights), len(study.seeds), len(study.figures), outcomes)
     values = [*heights, inf, 0.0]  # number -1: the smallest height fails
 
     def find(criteria: list[int]) -> dict[str, Any]:
