@@ -14,7 +14,6 @@ names. A run is padded to it:
 from __future__ import annotations
 
 import fnmatch
-from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -240,33 +239,26 @@ def names_layout(scene: Scene) -> xr.Dataset | None:
 
 def _structure_of_layout(layout: xr.Dataset) -> tuple[object, ...]:
     return tuple(
-        (name, None if _is_number_beside(name, of) else tuple(np.ravel(of.values).tolist()))
-        for name, of in layout.coords.items()
+        (name, None if _is_number_beside(array) else tuple(np.ravel(array.values).tolist()))
+        for name, array in layout.coords.items()
     )
 
 
-def _is_number_beside(name: object, of: xr.DataArray | xr.Variable) -> bool:
-    return (name,) != of.dims and of.dtype.kind in "fiu"
+def _is_number_beside(array: xr.DataArray) -> bool:
+    return (array.name,) != array.dims and array.dtype.kind in "fiu"
 
 
 def _differing_numbers(layouts: Sequence[xr.Dataset]) -> set[str]:
     """Numbers beside names that not all scenes have the same."""
-    first_values: dict[tuple[object, object], float] = {}
-    differing: set[str] = set()
-    for layout in layouts:
-        for name, of in layout.coords.items():
-            if not _is_number_beside(name, of) or of.ndim != 1:
-                continue
-            labels = layout[of.dims[0]].values.tolist()
-            for label, value in zip(labels, of.values.tolist(), strict=True):
-                if not _are_values_equal(first_values.setdefault((name, label), value), value):
-                    differing.add(str(name))
-    return differing
-
-
-def _are_values_equal(first: object, second: object) -> bool:
-    """Whether two values are equal, or both not a number."""
-    return first == second or (first != first and second != second)
+    values: dict[tuple[str, object], set[object]] = {}
+    for array in (array for layout in layouts for array in layout.coords.values()):
+        if _is_number_beside(array) and array.ndim == 1:
+            labels = array[array.dims[0]].values.tolist()
+            for label, value in zip(labels, array.values.tolist(), strict=True):
+                # NaN is no number but the same
+                known = values.setdefault((str(array.name), label), set())
+                known.add(None if value != value else value)
+    return {name for (name, _), known in values.items() if len(known) > 1}
 
 
 def _merge_trials(
@@ -276,47 +268,48 @@ def _merge_trials(
     they have the same."""
     datasets = [trial for trial, _ in trials]
     labels = _differing_labels(datasets)
-    coords = {
-        dim: xr.Variable(dim, of, _attributes_of(dim, datasets)) for dim, of in labels.items()
-    }
-    by_run: dict[str, xr.Variable] = {}
+    coords = dict(labels)
+    templates: dict[str, xr.Variable] = {}
+    for trial in datasets:
+        for name, array in trial.data_vars.items():
+            templates.setdefault(str(name), array.variable)
+    lacking = [name for name in templates if any(name not in trial for trial in datasets)]
+    by_run: list[str] = []
     left_out: list[str] = []
     for name in dict.fromkeys(str(n) for trial in datasets for n in trial.coords):
         arrays = [trial[name] for trial in datasets if name in trial.coords]
         first = arrays[0]
-        if name not in labels and (name in differing or {*first.dims} & labels.keys()):
-            merged = None if name in differing else _merge_arrays(arrays, labels)
-            if merged is not None:
-                coords[name] = merged
-            elif first.dtype.kind in "fiu":
-                by_run[name] = first.variable
-            else:
-                left_out.append(name)
-    variables: dict[str, xr.Variable] = {}
-    for trial in reversed(datasets):
-        variables |= {str(name): array.variable for name, array in trial.data_vars.items()}
-    order = dict.fromkeys(str(name) for trial in datasets for name in trial.data_vars)
-    lacking = [name for name in order if any(name not in trial for trial in datasets)]
+        if name in labels or not (name in differing or {*first.dims} & labels.keys()):
+            continue
+        merged = None if name in differing else _merge_arrays(arrays, labels)
+        if merged is not None:
+            coords[name] = merged
+        elif first.dtype.kind in "fiu":
+            templates[name] = first.variable
+            by_run.append(name)
+        else:
+            left_out.append(name)
     if not (labels or by_run or lacking):
         return None
     names = [dim for dim in labels if dim in named]
     remarks = [
-        *_name_remarks(trials, labels, names, lacking),
+        *_name_remarks(trials, labels, names),
+        *_lack_remarks(trials, [n for n in lacking if not {*templates[n].dims} & labels.keys()]),
         *(f"{name}: a value for each run, as they differ" for name in by_run),
         *(f"{name}: left out, as runs contradict each other in it" for name in left_out),
     ]
-    sizes = {dim: size for trial in datasets for dim, size in trial.sizes.items()}
-    sizes |= {dim: len(of) for dim, of in labels.items()}
-    templates = {name: variables[name] for name in order} | by_run
     for dim in names:
         about = {"long_name": f"whether the run has this {dim}"}
         templates[f"{dim}{IN_RUN}"] = xr.Variable(dim, np.zeros(0, np.int8), about)
-    channels = (_labels_of(trial, "channel") for trial in datasets)
+        by_run.append(f"{dim}{IN_RUN}")
+    channels = [name for trial in datasets for name in _labels_of(trial, "channel")]
     attributes = {
         DIFFERING_ATTRIBUTE: "\n".join(remarks),
-        BY_RUN: " ".join([*by_run, *(f"{dim}{IN_RUN}" for dim in names)]),
-        CHANNELS: [*dict.fromkeys(name for of_trial in channels for name in of_trial)],
+        BY_RUN: " ".join(by_run),
+        CHANNELS: [*dict.fromkeys(channels)],
     }
+    sizes = {dim: size for trial in datasets for dim, size in trial.sizes.items()}
+    sizes |= {dim: of.size for dim, of in labels.items()}
     missing = {name: _missing_variable(name, of, sizes) for name, of in templates.items()}
     return xr.Dataset(missing, coords, attributes)
 
@@ -360,23 +353,20 @@ def _labels_of(trial: xr.Dataset, dim: str) -> list[Any]:
     return trial[dim].values.tolist() if dim in trial.dims else []
 
 
-def _attributes_of(name: str, datasets: Sequence[xr.Dataset]) -> Mapping[str, object]:
-    """The attributes of a coordinate, of the first that has it."""
-    return next((dict(trial[name].attrs) for trial in datasets if name in trial.coords), {})
-
-
-def _differing_labels(datasets: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
+def _differing_labels(datasets: Sequence[xr.Dataset]) -> dict[str, xr.Variable]:
     """All labels of each dimension that not all have the same of, in their order."""
     all_labels = {}
     for dim in dict.fromkeys(str(d) for trial in datasets for d in trial.dims):
         lists = [_labels_of(trial, dim) for trial in datasets]
         if any(labels != lists[0] for labels in lists):
-            all_labels[dim] = np.array([*dict.fromkeys(label for of in lists for label in of)])
+            labels = np.array([*dict.fromkeys(label for of in lists for label in of)])
+            first = next(trial[dim] for trial in datasets if dim in trial.dims)
+            all_labels[dim] = xr.Variable(dim, labels, first.attrs)
     return all_labels
 
 
 def _merge_arrays(
-    arrays: Sequence[xr.DataArray], labels: Mapping[str, np.ndarray]
+    arrays: Sequence[xr.DataArray], labels: Mapping[str, xr.Variable]
 ) -> xr.Variable | None:
     """The values beside all labels; None where runs contradict each other."""
     first = arrays[0]
@@ -386,7 +376,7 @@ def _merge_arrays(
         merged = xr.merge(parts, compat="no_conflicts", join="outer", combine_attrs="override")
     except xr.MergeError:
         return None
-    along = {dim: of for dim, of in labels.items() if dim in first.dims}
+    along = {dim: of.values for dim, of in labels.items() if dim in first.dims}
     values = merged[first.name].reindex(along).fillna(fill).transpose(*first.dims).values
     kind = object if first.dtype.kind in "OU" else first.dtype
     return xr.Variable(first.dims, values.astype(kind), first.attrs)
@@ -407,34 +397,32 @@ def _fill_value(name: str, kind: np.dtype) -> object:
 
 
 def _name_remarks(
-    trials: Sequence[tuple[xr.Dataset, int]],
-    labels: Mapping[str, np.ndarray],
-    named: Sequence[str],
-    lacking: Sequence[str],
+    trials: Sequence[tuple[xr.Dataset, int]], labels: Mapping[str, xr.Variable], dims: Sequence[str]
 ) -> Iterator[str]:
-    """Which names and variables not all runs have."""
+    """Which names not all runs have."""
     runs = sum(count for _, count in trials)
-    for dim in named:
-        having: Counter[object] = Counter()
-        for trial, count in trials:
-            having.update(dict.fromkeys(_labels_of(trial, dim), count))
-        names_by_count: dict[int, list[str]] = {}
-        for label, n in having.items():
-            if n < runs:
-                names_by_count.setdefault(n, []).append(str(label))
-        texts = (
-            f"{_shorten_names(names)} in {n} of {runs} runs" for n, names in names_by_count.items()
-        )
+    for dim in dims:
+        names = labels[dim].values
+        counts = sum(np.isin(names, _labels_of(trial, dim)) * count for trial, count in trials)
+        texts = [
+            f"{_shorten_names(names[counts == n].tolist())} in {n} of {runs} runs"
+            for n in dict.fromkeys(np.atleast_1d(counts).tolist())
+            if n < runs
+        ]
         yield f"{dim}: {'; '.join(texts)} ({dim}{IN_RUN} says which run has which)"
-    dims = {name: of.dims for trial, _ in trials for name, of in trial.data_vars.items()}
-    alone = [name for name in lacking if not {*dims[name]} & {*labels}]
-    for name in alone:
-        n = sum(count for trial, count in trials if name in trial)
-        yield f"{name}: in {n} of {runs} runs"
+
+
+def _lack_remarks(
+    trials: Sequence[tuple[xr.Dataset, int]], variables: Sequence[str]
+) -> Iterator[str]:
+    """Which variables not all runs have."""
+    runs = sum(count for _, count in trials)
+    for name in variables:
+        having = sum(count for trial, count in trials if name in trial)
+        yield f"{name}: in {having} of {runs} runs"
 
 
 def _shorten_names(names: Sequence[str]) -> str:
     """Names in words, no more than `MAX_LISTED_NAMES` of them."""
-    return ", ".join(
-        [*names[:MAX_LISTED_NAMES], *(["..."] if len(names) > MAX_LISTED_NAMES else [])]
-    )
+    more = ["..."] if len(names) > MAX_LISTED_NAMES else []
+    return ", ".join([*names[:MAX_LISTED_NAMES], *more])
