@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from numbers import Number
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -34,30 +32,16 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
 
-# Whether two scenes are equal.
-
-PLAIN_TYPES = (str, Number, Path, type(None))
-
 
 def are_scenes_equal(first: object, second: object) -> bool:
-    """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
-    entry, numbers and texts; anything else only if it is the same object."""
+    """Whether two scenes, or parts of them, have the same data. What is no data, such as a
+    function, is the same only if it is one object."""
     if first is second:
         return True
-    if type(first) is not type(second):
-        return False
-    if isinstance(first, np.ndarray):
-        return np.array_equal(first, np.asarray(second))
-    if isinstance(first, Mapping) and isinstance(second, Mapping):
-        return list(first) == list(second) and all(
-            are_scenes_equal(first[key], second[key]) for key in first
-        )
-    if isinstance(first, tuple | list) and isinstance(second, tuple | list):
-        return len(first) == len(second) and all(map(are_scenes_equal, first, second))
-    if is_dataclass(first):
+    if is_dataclass(first) and type(first) is type(second):
         compared = (field.name for field in fields(first) if field.compare)
         return all(are_scenes_equal(getattr(first, n), getattr(second, n)) for n in compared)
-    return isinstance(first, PLAIN_TYPES) and first == second
+    return digest(first) == digest(second)
 
 
 def without_waves(scene: Scene) -> Scene:

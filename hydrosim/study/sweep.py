@@ -582,34 +582,20 @@ def check_figures(
         left = [figure for figure in figures if figure.name not in units]
         if not left or scene.initial is not None:
             break
-        for name, unit in _try_figures(scene, left).items():
-            if isinstance(unit, InputError):
-                refused.setdefault(name, f"{file}: {name}: {unit}")
-            else:
-                units[name] = unit
+        run = try_scene(scene)
+        if isinstance(run, NotAskable):
+            raise run
+        if isinstance(run, HydrosimError):
+            continue
+        results = RunResults(run)
+        for figure in left:
+            try:
+                units[figure.name] = str(figure.evaluate(results).attrs["units"])
+            except InputError as error:
+                refused.setdefault(figure.name, f"{file}: {figure.name}: {error}")
     for name, message in refused.items():
         if name not in units:
             raise InputError(message)
-    return units
-
-
-def _try_figures(
-    scene: Scene, figures: Sequence[RequestedStatistic]
-) -> dict[str, str | InputError]:
-    """The unit of each figure in a few steps of a scene, or why there is none; nothing where the
-    scene cannot be run."""
-    run = try_scene(scene)
-    if isinstance(run, NotAskable):
-        raise run
-    if isinstance(run, HydrosimError):
-        return {}
-    units: dict[str, str | InputError] = {}
-    results = RunResults(run)
-    for figure in figures:
-        try:
-            units[figure.name] = str(figure.evaluate(results).attrs["units"])
-        except InputError as error:
-            units[figure.name] = error
     return units
 
 

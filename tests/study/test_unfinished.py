@@ -15,6 +15,7 @@ from scenes import SEA, in_contact, in_waves, with_body
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
+from hydrosim.database.database import HydroDatabase
 from hydrosim.errors import WritingError
 from hydrosim.files.outputs import Output
 from hydrosim.results import runs_file
@@ -26,7 +27,7 @@ from hydrosim.results.runs_file import (
     folder_of,
     locked_journal,
 )
-from hydrosim.scene import Scene, WaveTrain
+from hydrosim.scene import AtDraught, Family, Scene, WaveTrain
 from hydrosim.study import executors, scene_cache
 
 
@@ -98,6 +99,26 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(hs.InputError, match=words):
             hs.simulate_many(changed, path, resume=True, **options)
+
+
+def test_a_set_of_a_hull_at_draughts_knows_their_databases() -> None:
+    """Another database at one draught is another set; where a file is from is not."""
+    (scene,) = seeds(1)
+    (body,) = scene.bodies
+    database = body.hydrodynamics
+    more = replace(database, added_mass=1.01 * database.added_mass)
+
+    def identity_with(*databases: HydroDatabase) -> dict[str, str]:
+        members = [AtDraught(7.0 + k, source) for k, source in enumerate(databases)]
+        family = with_body(scene, hydrodynamics=Family(tuple(members)))
+        return scene_cache.identity([replace(family, title="x")], lambda s: s, {}, {})
+
+    known = identity_with(database, database)
+    assert identity_with(database, database) == known
+    changed = identity_with(database, more)
+    assert {name for name in known if known[name] != changed[name]} == {
+        "a database, or the run to start from"
+    }
 
 
 def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
