@@ -602,10 +602,10 @@ def read_unfinished(folder: Path) -> xr.Dataset:
     if is_earlier(folder):
         raise _earlier(folder, f"lines of {RUNS} have no checksums")
     try:
-        known = xr.load_dataset(folder / KNOWN, engine="netcdf4", decode_times=False)
+        layout = xr.load_dataset(folder / KNOWN, engine="netcdf4", decode_times=False)
         journal = Journal(folder)
         try:
-            return _gather_runs(folder, known, journal)
+            return _gather_runs(folder, layout, journal)
         finally:
             journal.close()
     except FileNotFoundError:
@@ -624,17 +624,17 @@ def _earlier(folder: Path, text: str) -> InputError:
     )
 
 
-def _gather_runs(folder: Path, known: xr.Dataset, journal: Journal) -> xr.Dataset:
+def _gather_runs(folder: Path, layout: xr.Dataset, journal: Journal) -> xr.Dataset:
     """The runs of a journal as `RunsWriter` writes them."""
     import xarray as xr
 
-    count = known.sizes[RUN]
-    along = {str(n): v for n, v in known.variables.items() if n not in {RUN, *TEXTS}}
+    count = layout.sizes[RUN]
+    along = {str(n): v for n, v in layout.variables.items() if n not in {RUN, *TEXTS}}
     failed: list[str] = []
     with TemporaryDirectory() as room:
         path = Path(room, RESULT)
-        coordinates = [name for name in along if name in known.coords]
-        with RunsWriter(path, count, along, coordinates, known.attrs) as file:
+        coordinates = [name for name in along if name in layout.coords]
+        with RunsWriter(path, count, along, coordinates, layout.attrs) as file:
             for run in range(count):
                 outcome = journal.read(run)
                 if outcome.status == "failed":

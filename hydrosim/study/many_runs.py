@@ -139,7 +139,7 @@ def simulate_many(
     scenes = [prepare_scene(case) for case in cases]
     _check_labels(scenes, labels, start)
     along = {**_seed_labels(scenes), **{name: _new_variable(of) for name, of in labels.items()}}
-    known = along | _source_labels(scenes)
+    data_of_runs = along | _source_labels(scenes)
     request: dict[str, Any] = {"variables": (*variables,), "start": start, "figures": (*figures,)}
     request |= {"channels": (*channels,)} if channels else {}
     reduce = partial(run_layout.reduce_run, **request)
@@ -164,7 +164,7 @@ def simulate_many(
     }
 
     def new_file(path: Path) -> RunsWriter:
-        return RunsWriter(path, len(scenes), known, along, attributes_of_file)
+        return RunsWriter(path, len(scenes), data_of_runs, along, attributes_of_file)
 
     def write(path: Path, journal: Journal | None) -> Path:
         def compile_task(run: int) -> RunTask | Exception:
@@ -368,7 +368,7 @@ def run_until(study: ParameterStudy, run: Run, output: outputs.Output, resume: b
     with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
     wanted = study.data.until
     assert wanted is not None
-    all_seeds = [*(study.data.seeds or ())]
+    all_seeds = [*study.seeds]
     part = study
     folder = Path(f"{output.path}.rounds")
     shared = SceneCache()

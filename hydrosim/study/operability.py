@@ -98,19 +98,19 @@ class LimitSearch:
 
     def __init__(self, heights: int, seeds: int, criteria: int, outcomes: Outcomes) -> None:
         self.outcomes = outcomes
-        self.known = np.zeros((heights, seeds), bool)
+        self.was_run = np.zeros((heights, seeds), bool)
         self.held = np.zeros((heights, seeds, criteria), bool)
 
     def find_limit(self, criteria: Sequence[int], probability: float) -> HeightLimit:
         """The limit of some of the ``criteria``, all of which must hold."""
-        top, seeds = self.known.shape
+        top, seeds = self.was_run.shape
         most, least, largest = allowed_failures(seeds, probability)
         inferred, otherwise = 0, 0
         limit = self._last_allowed_height(criteria, most, top)
         while limit >= 0:
             guesses = self._states(criteria)[limit]
-            is_guess = ~self.known[limit] & (guesses != UNKNOWN)
-            self._run(limit, np.flatnonzero(~self.known[limit]))
+            is_guess = ~self.was_run[limit] & (guesses != UNKNOWN)
+            self._run(limit, np.flatnonzero(~self.was_run[limit]))
             states = self._states(criteria)[limit]
             inferred += int(is_guess.sum())
             otherwise += int((guesses != states)[is_guess].sum())
@@ -123,7 +123,7 @@ class LimitSearch:
 
     def governing(self, criteria: Sequence[int], limit: int) -> int | None:
         """Which criterion fails most at the first height beyond the limit that was run."""
-        failing = (self.known[:, :, None] & ~self.held[:, :, criteria]).sum(axis=1)
+        failing = (self.was_run[:, :, None] & ~self.held[:, :, criteria]).sum(axis=1)
         beyond = np.flatnonzero(failing[limit + 1 :].any(axis=1))
         return criteria[int(failing[limit + 1 + beyond[0]].argmax())] if beyond.size else None
 
@@ -154,15 +154,15 @@ class LimitSearch:
         """Whether seeds hold at heights (heights, seeds), by their runs there, or else by those at
         others: first by those below that fail, then by those above that hold."""
         holds = self.held[:, :, criteria].all(axis=2)
-        fails_below = np.logical_or.accumulate(self.known & ~holds, axis=0)
-        holds_above = np.logical_or.accumulate((self.known & holds)[::-1], axis=0)[::-1]
+        fails_below = np.logical_or.accumulate(self.was_run & ~holds, axis=0)
+        holds_above = np.logical_or.accumulate((self.was_run & holds)[::-1], axis=0)[::-1]
         inferred = np.where(fails_below, FAILS, np.where(holds_above, HOLDS, UNKNOWN))
-        return np.where(self.known, holds, inferred)
+        return np.where(self.was_run, holds, inferred)
 
     def _run(self, height: int, seeds: np.ndarray) -> None:
         if seeds.size:
             self.held[height, seeds] = self.outcomes([(height, seed) for seed in seeds.tolist()])
-            self.known[height, seeds] = True
+            self.was_run[height, seeds] = True
 
 
 # Trials: runs on all cores, of which only figures are kept.

@@ -255,10 +255,9 @@ def _differing_numbers(layouts: Sequence[xr.Dataset]) -> set[str]:
         if _is_number_beside(array) and array.ndim == 1:
             labels = array[array.dims[0]].values.tolist()
             for label, value in zip(labels, array.values.tolist(), strict=True):
-                # NaN is no number but the same
-                known = values.setdefault((str(array.name), label), set())
-                known.add(None if value != value else value)
-    return {name for (name, _), known in values.items() if len(known) > 1}
+                numbers = values.setdefault((str(array.name), label), set())
+                numbers.add(None if value != value else value)
+    return {name for (name, _), numbers in values.items() if len(numbers) > 1}
 
 
 def _merge_trials(

@@ -83,6 +83,11 @@ class ParameterStudy:
     first: int = 0
 
     @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds of each combination."""
+        return self.data.seeds or ()
+
+    @property
     def figures(self) -> tuple[Figure, ...]:
         """What is asked of each run."""
         return requested_figures(self.data)
@@ -94,7 +99,7 @@ class ParameterStudy:
 
     def with_seeds(self, seeds: Sequence[int]) -> ParameterStudy:
         """The same combinations with other seeds, each after each other."""
-        count = len(self.data.seeds or (0,))
+        count = len(self.seeds or (0,))
         scenes = [sea for scene in self.scenes[::count] for sea in scenes_with_seeds(scene, seeds)]
         labels = {name: label[::count] for name, label in self.labels.items()}
         return replace(self, scenes=tuple(scenes), labels=_repeat_labels(labels, len(seeds)))
