@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -154,7 +154,7 @@ class RunsWriter:
         self._count = count
         self._written = 0
         self._bytes = 0
-        self._block: list[RunOutcome] = []
+        self._block: list[tuple[Mapping[str, np.ndarray], Sequence[str]]] = []
         self._file.createDimension(RUN, count)
         self._file.coordinates = " ".join([*coordinates, *attributes.get(BY_RUN, "").split()])
         self._file.setncatts(attributes)
@@ -164,7 +164,8 @@ class RunsWriter:
             dims = [RUN, *(f"{name}_{i}" for i in range(1, variable.ndim))]
             values = variable.values
             kind = values.dtype.kind
-            values = values.astype(int if kind in "iub" else float if kind == "f" else object)
+            stored = np.int64 if kind in "iub" else np.float64 if kind == "f" else object
+            values = values.astype(stored)
             self._add_values(name, xr.Variable(dims, values, {"long_name": name, **variable.attrs}))
         for name, what in TEXTS.items():
             self._file.createVariable(name, str, (RUN,)).long_name = what
@@ -183,13 +184,12 @@ class RunsWriter:
         if run != self._written + len(self._block):
             raise ValueError(f"run {run} is not the next one")
         dataset = outcome.dataset
-        if dataset is not None:
-            if self._last is not None and (name := differing(dataset, self._last)):
+        if dataset is not None and self._last is not None:
+            name = differing(dataset, self._last)
+            if name is not None:
                 message = f"its {name} is not that of the runs before it"
                 outcome = RunOutcome("failed", message)
-            else:
-                self._take_form(dataset, outcome.attributes)
-        self._block.append(outcome)
+        self._block.append((self._take_values(outcome), outcome[:3]))
         if len(self._block) >= BLOCK or self._bytes >= BLOCK_BYTES:
             self._write_block()
         return outcome
@@ -199,27 +199,29 @@ class RunsWriter:
         try:
             self._write_block()
             while self._written < self._count:
-                self._block = [RunOutcome(NOT_RUN)] * min(BLOCK, self._count - self._written)
+                rest = min(BLOCK, self._count - self._written)
+                self._block = [({}, (NOT_RUN, "", ""))] * rest
                 self._write_block()
         finally:
             self._file.close()
 
-    def _take_form(self, dataset: xr.Dataset, attributes: Mapping[str, object]) -> None:
-        """Define the variables of the file by its first complete run; keep common attributes."""
+    def _take_values(self, outcome: RunOutcome) -> dict[str, np.ndarray]:
+        """The values of a run. The first defines the variables; common attributes stay."""
+        dataset, attributes = outcome.dataset, outcome.attributes
+        if dataset is None:
+            return {}
         if self._last is None:
             self._define(dataset)
             self._attributes = dict(attributes)
             self._file.setncatts(self._attributes)
         self._last = dataset.coords.to_dataset()
-        common = {
-            name: value
-            for name, value in self._attributes.items()
-            if _is_identical(attributes.get(name), value)
-        }
-        for name in sorted(self._attributes.keys() - common.keys()):
-            self._file.delncattr(name)
-        self._attributes = common
-        self._bytes += dataset.nbytes
+        for name, value in list(self._attributes.items()):
+            if not _is_identical(attributes.get(name), value):
+                del self._attributes[name]
+                self._file.delncattr(name)
+        values = {name: dataset.variables[name].values for name in self._names}
+        self._bytes += sum(array.nbytes for array in values.values())
+        return values
 
     def _define(self, dataset: xr.Dataset) -> None:
         for dimension, size in dataset.sizes.items():
@@ -257,13 +259,13 @@ class RunsWriter:
         rows = slice(self._written, self._written + len(self._block))
         for name in self._names:
             variable: netCDF4.Variable = self._file[name]
-            values = np.full((len(self._block), *variable.shape[1:]), variable._FillValue)
-            for k, outcome in enumerate(self._block):
-                if outcome.dataset is not None:
-                    values[k] = outcome.dataset.variables[name].values
-            variable[rows] = values
+            block = np.full((len(self._block), *variable.shape[1:]), variable._FillValue)
+            for k, (values, _) in enumerate(self._block):
+                if values:
+                    block[k] = values[name]
+            variable[rows] = block
         for k, name in enumerate(TEXTS):
-            self._file[name][rows] = np.array([outcome[k] for outcome in self._block], dtype=object)
+            self._file[name][rows] = np.array([texts[k] for _, texts in self._block], dtype=object)
         self._written = rows.stop
         self._block = []
         self._bytes = 0
