@@ -25,8 +25,7 @@ from hydrosim.report.sentences.statistics import statistics_document
 from hydrosim.report.sentences.study import counts_by_status, study_tables
 from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.dataset import ResultKind, kind_of, read_run, write_run
-from hydrosim.results.journal import GATHERED, runs_at
-from hydrosim.results.runs_file import COMPLETE, is_of_runs, open_result
+from hydrosim.results.runs_file import COMPLETE, GATHERED, is_of_runs, open_result, runs_at
 from hydrosim.simulation import open_run
 from hydrosim.statistics import explain as explaining
 from hydrosim.statistics import statistics as stats

@@ -18,11 +18,11 @@ from hydrosim.interface.printed import PrintedResult, draw_runs, table_output, w
 from hydrosim.report.sentences.limits import limits_tables, side_of
 from hydrosim.report.sentences.study import study_tables
 from hydrosim.results.dataset import write_run
-from hydrosim.results.runs_file import COMPLETE, open_runs
+from hydrosim.results.runs_file import COMPLETE, locked_journal, open_runs
 from hydrosim.study.executors import Processes
 from hydrosim.study.many_runs import run_study, run_until
 from hydrosim.study.operability import limits_of, load_limits
-from hydrosim.study.shared import describe_outside_ranges, locked_journal
+from hydrosim.study.scene_cache import describe_outside_ranges
 from hydrosim.study.sweep import ParameterStudy, load_study, read_study
 from hydrosim.study.weather import assess_weather, read_weather
 
@@ -116,7 +116,7 @@ def sweep(
     )
     lines: list[str] = []
     path: Path | None
-    if planned.until is not None:
+    if planned.data.until is not None:
         runs, path, summary = _run_until_accurate(
             planned, result, workers, scheduler, where.resume, announce
         )
@@ -154,7 +154,7 @@ def _run_until_accurate(
     announce: Announce,
 ) -> tuple[xr.Dataset, Path, str]:
     """Run a study with more and more seeds."""
-    if result is None or planned.until is None:
+    if result is None:
         raise InputError("output: found none; expected one, as the study adds seeds to a file.")
 
     def run(part: ParameterStudy, path: Path) -> xr.Dataset:
@@ -165,7 +165,7 @@ def _run_until_accurate(
             raise KeyboardInterrupt
         return runs
 
-    summary = run_until(planned, planned.seeds, planned.until, run, result, resume)
+    summary = run_until(planned, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None
     return runs, result.path, summary
@@ -214,7 +214,7 @@ def find_limits(
     weather = read_weather(file.parent, planned.wanted)
 
     def tell(sea: str, runs: int, done: int) -> None:
-        progress(done, planned.seas, f"{sea}, {runs} runs")
+        progress(done, len(planned.seas), f"{sea}, {runs} runs")
 
     count = workers or os.cpu_count() or 1
     if result is None or page is None:

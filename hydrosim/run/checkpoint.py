@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 # `digest`: a checksum of all data in a model or a scene.
 
-IGNORED_FIELDS = {"title", "source", "places"}  # of a scene: they change no number
+IGNORED_FIELDS = {"title", "source", "places"}  # texts of a scene: they change no number
 
 
 def digest(tree: Any) -> str:
@@ -60,9 +60,11 @@ def _digest_leaves(tree: Any) -> Iterator[Any]:
     elif is_dataclass(tree):
         yield type(tree).__name__
         for item in fields(tree):
-            if item.name not in IGNORED_FIELDS:
+            value = getattr(tree, item.name)
+            is_text = isinstance(value, str | Mapping)
+            if not (is_text and item.name in IGNORED_FIELDS):
                 yield item.name
-                yield from _digest_leaves(getattr(tree, item.name))
+                yield from _digest_leaves(value)
     elif isinstance(tree, Mapping):
         yield from _digest_leaves([part for item in tree.items() for part in item])
     elif isinstance(tree, tuple | list):

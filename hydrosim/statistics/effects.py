@@ -30,8 +30,7 @@ import scipy
 
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import CYCLES_SUFFIX
-from hydrosim.results.journal import GATHERED
-from hydrosim.results.runs_file import with_keys
+from hydrosim.results.runs_file import GATHERED, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 from hydrosim.statistics.results import LOWEST_ATTRIBUTE

@@ -1,11 +1,11 @@
 """Runs by the workers of a scheduler of dask.distributed (extra ``cluster``).
 
-Scenes go in batches, with what the client has compiled of them: databases are read and radiation is
-fitted once. Workers give back what is kept of each run, which this process puts on the disk as it
-comes, so that a study that was killed goes on here or on a cluster. A batch whose worker dies is
-made by another one. Dask blames all that waits at a worker that dies: the runs of batches that it
-gives up are made once more, each with nothing beside it, and one that kills its workers then, too,
-is marked as failed. Where no worker is left for a while, nothing is waited for.
+Scenes go with what the client has compiled of them: databases are read and radiation is fitted
+once. Workers give back what is kept of each run, which this process puts on the disk as it comes,
+so that a study that was killed goes on here or on a cluster. A run whose worker dies is made by
+another one. Dask blames all that waits at a worker that dies: the runs that it gives up are made
+once more, each with nothing beside it, and one that kills its workers then, too, is marked as
+failed. Where no worker is left for a while, nothing is waited for.
 
 Scheduler and workers run whatever is sent to them. With tcp:// that is whatever anybody sends who
 reaches their ports; with tls:// only what comes with a certificate.
@@ -16,20 +16,18 @@ from __future__ import annotations
 import logging
 import pickle
 from collections import deque
-from collections.abc import Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
-from math import ceil
 from threading import Event, RLock, Thread
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydrosim.errors import InputError
-from hydrosim.results.runs_file import NOT_RUN
+from hydrosim.results.runs_file import NOT_RUN, RunOutcome
 from hydrosim.run.checkpoint import program_identity
-from hydrosim.study.executors import Digest, RunOutcome, outcome_of
-from hydrosim.study.shared import PackedTask, RunTask, pack_task, unpack_task
+from hydrosim.study.executors import Digest, outcome_of
+from hydrosim.study.scene_cache import RunTask
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
@@ -39,14 +37,19 @@ CONNECT_TIMEOUT_S = 4  # s, to be answered by a scheduler, and again by a worker
 NO_WORKER_TIMEOUT_S = 60.0
 POLL_INTERVAL_S = 2.0
 MIN_POLLS = 5  # without a worker, at least: one that a busy scheduler answers late proves nothing
-# runs in a batch; batches for each worker, at least
-MAX_BATCH_RUNS = 50
-MIN_BATCHES_PER_WORKER = 4
-MAX_LOG_MESSAGES = (
-    10  # that dask keeps, each a batch: 1000 of them are much to look through for garbage
-)
-Run = tuple[Future[RunOutcome], PackedTask]
+RUNS_PER_WORKER = 20  # runs for each worker that may be done or wait while an earlier one is made
+MAX_LOG_MESSAGES = 10  # that dask keeps: many are much to look through for garbage
 OPEN_PORT_WARNING = "run whatever is sent to them: let nobody else reach these ports"
+
+
+class SentRun(NamedTuple):
+    """A run that workers make: who waits for it, its ``compiled`` scene on the cluster, its task
+    without that, and what is kept of it."""
+
+    future: Future[RunOutcome]
+    compiled: Any
+    task: RunTask
+    digest: Digest
 
 
 class Cluster:
@@ -70,15 +73,13 @@ class Cluster:
         try:
             self._count = self._count_workers()
         except BaseException:
-            self.close()
+            self.shutdown()
             raise
-        self.size, self.ahead = MAX_BATCH_RUNS, MAX_BATCH_RUNS * self._count
-        self._waiting: list[Run] = []
+        self.ahead = RUNS_PER_WORKER * self._count
         self._calm: Compiled | None = None
-        self._digest: Digest | None = None
-        self._made: Any = None
-        self._tasks: dict[Any, list[Future[RunOutcome]]] = {}
-        self._suspects: deque[tuple[Run, Any, Any]] = deque()
+        self._compiled: Any = None
+        self._sent: dict[Any, Future[RunOutcome]] = {}
+        self._suspects: deque[SentRun] = deque()
         self._lock = RLock()
         Thread(target=self._watch, daemon=True).start()
 
@@ -128,79 +129,33 @@ class Cluster:
         )
         return f"{self._count} workers at {scheduler}{warning}"
 
-    def begin(self, count: int) -> None:
-        """Choose batches of which each worker has several."""
-        self.size = min(MAX_BATCH_RUNS, ceil(count / (MIN_BATCHES_PER_WORKER * self._count)))
-        self.ahead = (MIN_BATCHES_PER_WORKER - 1) * self.size * self._count
+    def submit(self, task: RunTask, digest: Digest) -> Future[RunOutcome]:
+        """A run by the next worker that is free. What is compiled goes as bytes in a task: it is
+        made again where its worker died."""
+        if task.calm is not self._calm:
+            self._calm = task.calm
+            self._compiled = self._client.submit(pickle.loads, pickle.dumps(task.calm), pure=False)
+        run = SentRun(Future(), self._compiled, task._replace(calm=None), digest)
+        self._send(run)
+        return run.future
 
-    def submit(self, work: RunTask | Exception, digest: Digest) -> Future[RunOutcome]:
-        """A run that goes with the next batch."""
-        future: Future[RunOutcome] = Future()
-        if isinstance(work, Exception):
-            future.set_result(outcome_of(work, digest, Event()))
-            return future
-        if work.calm is not self._calm:
-            self.flush()
-            self._calm = work.calm
-            self._made = None
-            self._digest = digest
-        self._waiting.append((future, pack_task(work)))
-        if len(self._waiting) >= self.size:
-            self.flush()
-        return future
-
-    def flush(self) -> None:
-        """Send the batch that waits."""
-        if self._waiting:
-            batch = self._waiting
-            self._waiting = []
-            self._send(batch, self._send_compiled(), self._digest)
-
-    def _send_compiled(self) -> Any:
-        """What is compiled, as bytes in a task: it is made again where its worker died."""
-        if self._made is None:
-            compiled = pickle.dumps(self._calm)
-            self._made = self._client.submit(pickle.loads, compiled, pure=False)
-        return self._made
-
-    def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
-        packed = [task for _, task in batch]
+    def _send(self, run: SentRun, alone: bool = False) -> None:
         with self._lock:
-            task = self._client.submit(
-                run_batch, program_identity(), made, packed, digest, pure=False
-            )
-            self._tasks[task] = [future for future, _ in batch]
-        task.add_done_callback(partial(self._finish_batch, batch, made, digest, alone))
+            sent = self._client.submit(make_run, program_identity(), *run[1:], pure=False)
+            self._sent[sent] = run.future
+        sent.add_done_callback(partial(self._finish_run, run, alone))
 
-    def _finish_batch(
-        self, batch: Sequence[Run], made: Any, digest: Any, alone: bool, task: Any
-    ) -> None:
-        """Hand on what a batch came to, or suspect its runs; once all is done, try one of these."""
+    def _finish_run(self, run: SentRun, alone: bool, sent: Any) -> None:
+        """Hand on what a run came to, or suspect it; once all is done, try one that is
+        suspected."""
         with self._lock:
-            self._tasks.pop(task, None)
-            if task.status == "error" and not alone and _is_death(task.exception()):
-                self._suspects += [(run, made, digest) for run in batch]
-            else:
-                self._hand_on(batch, task)
-            if self._suspects and not self._tasks:
-                run, made, digest = self._suspects.popleft()
-                self._send([run], made, digest, alone=True)
-
-    def _hand_on(self, batch: Sequence[Run], task: Any) -> None:
-        if task.status == "finished":
-            outcomes = task.result()
-        elif task.status == "cancelled":
-            outcomes = [RunOutcome(NOT_RUN)] * len(batch)
-        else:
-            error = task.exception()
-            if isinstance(error, InputError):
-                for future, _ in batch:
-                    future.set_exception(error)
-                return
-            outcomes = [RunOutcome("failed", _worker_error_message(error))] * len(batch)
-        for (future, _), outcome in zip(batch, outcomes, strict=True):
-            if not future.done():
-                future.set_result(outcome)
+            self._sent.pop(sent, None)
+            if sent.status == "error" and not alone and _is_death(sent.exception()):
+                self._suspects.append(run)
+            elif not run.future.done():
+                _hand_on(sent, run.future)
+            if self._suspects and not self._sent:
+                self._send(self._suspects.popleft(), alone=True)
 
     def _watch(self) -> None:
         """See that there are workers, or say that there are none; a scheduler that is gone has
@@ -214,60 +169,64 @@ class Cluster:
                     last_seen = monotonic()
                     polls = 0
             if polls >= MIN_POLLS and monotonic() - last_seen > NO_WORKER_TIMEOUT_S:
-                self._give_up()
-                return
-
-    def _give_up(self) -> None:
-        """End all that is waited for with a message; what comes later is not looked at."""
-        with self._lock:
-            waiting = [future for futures in self._tasks.values() for future in futures]
-            waiting += [future for future, _ in self._take_unsent()]
-            tasks = list(self._tasks)
-            self._tasks = {}
-        for future in waiting:
-            if not future.done():
-                future.set_exception(
+                self._end_all(
                     InputError(
                         f"--scheduler: no worker has been there for {NO_WORKER_TIMEOUT_S:g} s. What"
                         " is complete is kept: start workers, and give --resume."
                     )
                 )
-        with suppress(Exception):
-            self._client.cancel(tasks, force=True)
+                return
 
-    def _take_unsent(self) -> list[Run]:
-        """Runs that have not been sent; there are none afterwards."""
-        unsent = [*self._waiting, *(run for run, *_ in self._suspects)]
-        self._waiting = []
-        self._suspects = deque()
-        return unsent
-
-    def stop(self) -> None:
-        """Runs that are not done are not run."""
+    def _end_all(self, error: InputError | None = None) -> None:
+        """End all that is waited for: it is not run, or has an error. What comes later is not
+        looked at."""
         with self._lock:
-            tasks = list(self._tasks)
-            unsent = self._take_unsent()
-        for future, _ in unsent:
-            future.set_result(RunOutcome(NOT_RUN))
-        self._client.cancel(tasks, force=True)
+            sent = list(self._sent)
+            waiting = [*self._sent.values(), *(run.future for run in self._suspects)]
+            self._sent = {}
+            self._suspects = deque()
+            for future in waiting:
+                if error is not None:
+                    future.set_exception(error)
+                else:
+                    future.set_result(RunOutcome(NOT_RUN))
+        with suppress(Exception):
+            self._client.cancel(sent, force=True)
 
-    def close(self) -> None:
-        """Leave the scheduler."""
+    def shutdown(self, *, cancel_futures: bool = False) -> None:
+        """Leave the scheduler. With ``cancel_futures`` runs that are not done are not run."""
+        if cancel_futures:
+            self._end_all()
         self._closed.set()
         with suppress(Exception):
             self._client.close(timeout=CONNECT_TIMEOUT_S)
 
 
-def run_batch(
-    expected: str, calm: Compiled, works: Sequence[PackedTask], digest: Digest
-) -> list[RunOutcome]:
-    """Runs that differ in their waves alone, on a worker; InputError if this is another program."""
+def make_run(expected: str, calm: Compiled, task: RunTask, digest: Digest) -> RunOutcome:
+    """A run on a worker; InputError if this is another program."""
     if program_identity() != expected:
         raise InputError(
             f"--scheduler: found a worker with {program_identity()}; expected {expected}, as"
             " here. Install the same version there, and start the worker again."
         )
-    return [outcome_of(unpack_task(packed, calm), digest, Event()) for packed in works]
+    return outcome_of(task._replace(calm=calm), digest, Event())
+
+
+def _hand_on(sent: Any, future: Future[RunOutcome]) -> None:
+    """Give the outcome of a task to who waits for it."""
+    if sent.status == "finished":
+        future.set_result(sent.result())
+        return
+    if sent.status == "cancelled":
+        future.set_result(RunOutcome(NOT_RUN))
+        return
+    error = sent.exception()
+    if isinstance(error, InputError):
+        future.set_exception(error)
+        return
+    death = "the workers that made this run died, each time; look at their memory"
+    message = death if _is_death(error) else f"{type(error).__name__}: {error}"
+    future.set_result(RunOutcome("failed", message))
 
 
 def _program_digest() -> str:
@@ -276,9 +235,3 @@ def _program_digest() -> str:
 
 def _is_death(error: BaseException | None) -> bool:
     return type(error).__name__ == "KilledWorker"
-
-
-def _worker_error_message(error: BaseException | None) -> str:
-    if _is_death(error):
-        return "the workers that made this run died, each time; look at their memory"
-    return f"{type(error).__name__}: {error}"

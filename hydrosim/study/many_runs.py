@@ -9,12 +9,9 @@ run by run in the order of the cases, whatever the order in which they finish.
 from __future__ import annotations
 
 import fnmatch
-import gc
 import os
 import re
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
-from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
@@ -22,8 +19,7 @@ from math import inf, isnan
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -31,35 +27,26 @@ import xarray as xr
 from hydrosim.elements import externals_of
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files import arguments, outputs
-from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.locks import is_lock
 from hydrosim.files.yaml_nodes import locating_in
+from hydrosim.results import runs_file
 from hydrosim.results.dataset import KIND, ResultKind, write_run
-from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
-from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter, index_by_seed
+from hydrosim.results.runs_file import KNOWN, RESULT, RUN, Journal, RunOutcome, RunsWriter
 from hydrosim.results.validation import DESIGN
 from hydrosim.results.variables import quantity_attributes
 from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
-from hydrosim.simulation import prepare_scene, simulate
+from hydrosim.simulation import prepare_scene
 from hydrosim.statistics import effects
 from hydrosim.statistics.statistics import CHANNEL_VARIABLES
-from hydrosim.study import executors
-from hydrosim.study.run_layout import (
-    NAMES_OF_LAYOUT,
-    RunLayout,
-    merge_layouts,
-    names_layout,
-    one_scene_of_each_kind,
-    try_scene,
-)
-from hydrosim.study.shared import SceneCache, folder_of, identity, is_complete, locked_journal
+from hydrosim.study import run_layout
+from hydrosim.study.executors import Threads, make_runs
+from hydrosim.study.scene_cache import RunTask, SceneCache, identity
 from hydrosim.study.sweep import (
     ParameterStudy,
     check_figures,
     check_units,
     figures_by_name,
-    scenes_with_seeds,
 )
 
 if TYPE_CHECKING:
@@ -71,7 +58,6 @@ if TYPE_CHECKING:
     from hydrosim.study.executors import Pool
     from hydrosim.study.study_file import SeedTarget
 
-GC_TIME_FRACTION = 0.05  # of the time, at most, is spent on collecting garbage
 ESTIMATE_INTERVAL = (
     50  # runs, of which the first measures its error: at most 2 % of the cost of all
 )
@@ -79,8 +65,6 @@ ESTIMATE_NOTE = f"errors are measured in run 0 and in every {ESTIMATE_INTERVAL}t
 MAX_MESSAGES = 5  # messages of runs that are refused
 MIN_OUTPUT_TIMES = 4  # output times, to have statistics of
 
-Digest = Callable[..., xr.Dataset]
-"""What is kept of a run."""
 Progress = Callable[[int, int], None]
 """Called after each run with the number of runs that are done and that of all."""
 
@@ -97,7 +81,7 @@ def simulate_many(
     attributes: Mapping[str, str] | None = None,
     start: float | str = 0.0,
     workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     resume: bool = False,
     pool: Pool | None = None,
     first: int = 0,
@@ -154,72 +138,69 @@ def simulate_many(
     labels = {} if labels is None else {str(name): labels[name] for name in labels}
     scenes = [prepare_scene(case) for case in cases]
     _check_labels(scenes, labels, start)
-    along = {**_seed_labels(scenes), **labels}
-    variables_of_runs = {
-        name: _new_variable(values) for name, values in along.items()
-    } | _source_labels(scenes)
-    digest: Digest = partial(
-        executors.reduce_run,
-        variables=list(variables),
-        start=start,
-        figures=tuple(figures),
-        channels=tuple(channels),
-    )
+    along = {**_seed_labels(scenes), **{name: _new_variable(of) for name, of in labels.items()}}
+    data_of_runs = along | _source_labels(scenes)
+    request: dict[str, Any] = {"variables": (*variables,), "start": start, "figures": (*figures,)}
+    request |= {"channels": (*channels,)} if channels else {}
+    reduce = partial(run_layout.reduce_run, **request)
+    trial = partial(reduce, start=0.0)
     _check_names(scenes[0], figures)
-    form = merge_layouts(scenes, partial(digest, start=0.0, lenient=True), simulate)
-    if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
-        try_scene(scenes[0], partial(digest, start=0.0), simulate)  # it has what is asked for
-    if form is not None:
-        digest = partial(executors.pad_to_layout, form=form, keep=partial(digest, lenient=True))
+    layout = run_layout.merge_layouts(scenes, partial(trial, lenient=True))
+    if not _has_requested(layout, [*variables, *(f.name for f in figures)], channels):
+        run = run_layout.try_scene(scenes[0])
+        if not isinstance(run, HydrosimError):
+            trial(run)  # it has what is asked for
+    if layout is not None:
+        reduce = partial(reduce, lenient=True, layout=layout)
 
-    shared = SceneCache()
+    cache = SceneCache()
     result = None if output is None else outputs.as_output(output, "sweep")
-    mark = "" if result is None else result.mark
     attributes_of_file = {
+        **({} if result is None else result.attributes),
         KIND: ResultKind.SET.value,
         "error_estimates": ESTIMATE_NOTE,
-        **({} if form is None else form.attributes),
+        **({} if layout is None else run_layout.attributes_of_layout(layout)),
         **(attributes or {}),
-        **({} if result is None else result.attributes),
     }
 
-    def file_at(path: Path) -> RunsWriter:
-        coordinates = [*along, *attributes_of_file.get(BY_RUN, "").split()]
-        return RunsWriter(
-            path, len(scenes), variables_of_runs, coordinates, mark, attributes_of_file
-        )
+    def new_file(path: Path) -> RunsWriter:
+        return RunsWriter(path, len(scenes), data_of_runs, along, attributes_of_file)
 
     def write(path: Path, journal: Journal | None) -> Path:
-        file = file_at(path)
-        work = _RunSet(scenes, shared, digest, file, journal, first)
-        with _close_at_end(file), executors.collected_here():
-            _run_all(work, pool or executors.Threads(workers or os.cpu_count() or 1), progress)
+        def compile_task(run: int) -> RunTask | Exception:
+            if run == 0 and not journal:
+                _check_possible(scenes, cache)
+            return cache.compile_task(scenes[run], (first + run) % ESTIMATE_INTERVAL == 0)
+
+        def take(run: int, outcome: RunOutcome) -> None:
+            outcome = file.add(run, outcome)
+            if journal is not None and outcome.status == "failed":
+                journal.add(run, outcome)
+
+        executor = pool or Threads(workers or os.cpu_count() or 1)
+        with new_file(path) as file:
+            runs = range(len(scenes))
+            make_runs(runs, compile_task, reduce, executor, take, journal, progress)
         return path
 
     if result is None:
         with TemporaryDirectory() as folder:
-            return index_by_seed(
-                xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
-            )
-    values = {name: variables_of_runs[name].values for name in along}
-    request = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
-    request |= {"channels": tuple(channels)} if channels else {}
-    set_identity = identity(scenes, shared.open_sources, values, request)
-    partial_folder = folder_of(result)
-    with locked_journal(result, resume, set_identity) as journal:
-        file_at(partial_folder / f"{KNOWN}.partial").close()
+            path = write(Path(folder, RESULT), None)
+            return runs_file.index_by_seed(xr.load_dataset(path, engine="netcdf4"))
+    values = {name: variable.values for name, variable in along.items()}
+    set_identity = identity(scenes, cache.open_sources, values, request)
+    partial_folder = runs_file.folder_of(result)
+    with runs_file.locked_journal(result, resume, set_identity) as journal:
+        new_file(partial_folder / f"{KNOWN}.partial").close()
         journal.take_known(partial_folder / f"{KNOWN}.partial")
         path = write(partial_folder / RESULT, journal)
-        all_ended = is_complete(path)
-        place = (
-            result.resolve_path()
-            if all_ended or not is_complete(result.path)
-            else result.fallback_path()
-        )
+        all_ended = runs_file.is_complete(path)
+        is_worse = not all_ended and runs_file.is_complete(result.path)
+        place = result.fallback_path() if is_worse else result.resolve_path()
         place.take(path)
         if all_ended:
             journal.remove()
-    return index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
+    return runs_file.index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
 
 
 def _check_labels(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
@@ -256,21 +237,24 @@ def _check_labels(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: f
         )
 
 
-def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Sequence[str]) -> bool:
+def _has_requested(
+    layout: xr.Dataset | None, names: Sequence[str], patterns: Sequence[str]
+) -> bool:
     """Whether some run has what is asked for, as far as it is known before the first."""
-    if form is None:
+    if layout is None:
         return not patterns
-    fits = (fnmatch.filter(form.channels, pattern) for pattern in patterns)
-    return all(fits) and all(name in form.variables for name in names)
+    channels = layout.attrs[run_layout.CHANNELS]
+    fits = (fnmatch.filter(channels, pattern) for pattern in patterns)
+    return all(fits) and all(name in layout.data_vars for name in names)
 
 
 def _check_names(scene: Scene, figures: Iterable[RequestedStatistic]) -> None:
     """Raises InputError where a figure has the name of a dimension or statistic of the runs."""
-    layout = names_layout(scene)
+    layout = run_layout.names_layout(scene)
     if layout is not None:
-        dims = {*map(str, layout.dims)} - NAMES_OF_LAYOUT
+        dims = {*map(str, layout.dims)} - run_layout.NAMES_OF_LAYOUT
         statistics = [name for name, (_, of, _) in CHANNEL_VARIABLES.items() if dims.issuperset(of)]
-        executors.check_figure_names([*figures], {*dims, *statistics})
+        run_layout.check_figure_names([*figures], {*dims, *statistics})
 
 
 def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
@@ -307,144 +291,21 @@ def _source_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     return {name: _new_variable(text) for name, text in texts.items() if len({*text}) > 1}
 
 
-@contextmanager
-def _close_at_end(file: RunsWriter) -> Iterator[None]:
-    """Closes the file in the end; what ends it early is told, not what follows from that."""
-    try:
-        yield
-    except BaseException:
-        with suppress(RuntimeError, OSError):
-            file.close()
-        raise
-    file.close()
-
-
-def _run_all(work: _RunSet, pool: executors.Pool, progress: Progress | None) -> None:
-    """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
-    order."""
-    done = 0
-    due = 0.0
-    pending: deque[tuple[int, Future[executors.RunOutcome]]] = deque()
-
-    def take() -> None:
-        nonlocal done, due
-        run, first = pending[0]
-        if not first.done():
-            pool.flush()
-        while not first.done():
-            wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
-            work.keep(pending)
-        with delay_interrupts():
-            if not work.has_run(run):
-                work.keep(pending)
-            work.write(run, first.result())
-            pending.popleft()
-            done += 1
-        if perf_counter() > due:
-            due = _collect_garbage()
-        if progress is not None:
-            progress(done, len(work.scenes))
-
-    pool.begin(len(work.scenes))
-    try:
-        work.check_possible()
-        for run, scene in enumerate(work.scenes):
-            raise_if_interrupted()
-            pending.append((run, work.start_run(run, scene, pool)))
-            while len(pending) > pool.ahead:
-                take()
-        while pending:
-            raise_if_interrupted()
-            take()
-    except KeyboardInterrupt:
-        pool.stop()
-        progress = None
-        while pending:
-            take()
-    finally:
-        pool.close()
-
-
-def _collect_garbage() -> float:
-    """Collect garbage; when to do so again."""
-    started = perf_counter()
-    gc.collect()
-    ended = perf_counter()
-    return ended + (ended - started) / GC_TIME_FRACTION
-
-
-class _RunSet(NamedTuple):
-    """Scenes, what they share, what is taken of a run, the file, what is kept on the way, and the
-    number of the ``first`` run in the whole set."""
-
-    scenes: Sequence[Scene]
-    shared: SceneCache
-    digest: Callable[[xr.Dataset], xr.Dataset]
-    file: RunsWriter
-    journal: Journal | None
-    first: int
-
-    def check_possible(self) -> None:
-        """Raises InputError where every run is refused before its first step. Nothing is looked at
-        once a run is kept, and no more than up to the first scene that can be run."""
-        if self.journal is not None and len(self.journal):
+def _check_possible(scenes: Sequence[Scene], cache: SceneCache) -> None:
+    """Raises InputError where every run is refused before its first step. No more is looked at than
+    up to the first scene that can be run."""
+    refused: dict[str, None] = {}
+    for scene in scenes:
+        task = cache.compile_task(scene)
+        if not isinstance(task, HydrosimError):
             return
-        refused: dict[str, None] = {}
-        for scene in self.scenes:
-            work = self.shared.compile_task(scene)
-            if not isinstance(work, HydrosimError):
-                return
-            refused[str(work)] = None
-        count = len(self.scenes)
-        overflow = (
-            [f"and {len(refused) - MAX_MESSAGES} more messages"]
-            if len(refused) > MAX_MESSAGES
-            else []
-        )
-        messages = "\n".join([*list(refused)[:MAX_MESSAGES], *overflow])
-        subject = "The run is" if count == 1 else f"All {count} runs are"
-        raise InputError(f"{messages}\n{subject} refused before the first step.")
-
-    def start_run(
-        self, run: int, scene: Scene, pool: executors.Pool
-    ) -> Future[executors.RunOutcome]:
-        """A run that is done, or is being done by the pool."""
-        if self.journal is None or run not in self.journal:
-            estimates = (self.first + run) % ESTIMATE_INTERVAL == 0
-            return pool.submit(self.shared.compile_task(scene, estimates), self.digest)
-        dataset, attributes, warnings = self.journal.read(run)
-        future: Future[executors.RunOutcome] = Future()
-        future.set_result(executors.RunOutcome(COMPLETE, "", warnings, dataset, attributes))
-        return future
-
-    def has_run(self, run: int) -> bool:
-        """Whether a run is on the disk."""
-        return self.journal is not None and run in self.journal
-
-    def keep(self, pending: Iterable[tuple[int, Future[executors.RunOutcome]]]) -> None:
-        """Put what is complete by now on the disk."""
-        for run, future in pending:
-            if self.journal is None or run in self.journal or not future.done():
-                continue
-            if not future.exception() and (outcome := future.result()).found is not None:
-                stored = StoredRun(outcome.found, outcome.attributes, outcome.warnings)
-                with delay_interrupts():
-                    self.journal.add(run, stored)
-
-    def write(self, run: int, outcome: executors.RunOutcome) -> None:
-        """Put a run into the file, or why there is none."""
-        dataset = outcome.found
-        file = self.file
-        if dataset is not None and (name := file.differs(dataset)):
-            outcome = executors.RunOutcome(
-                "failed", f"its {name} is not that of the runs before it"
-            )
-        if outcome.found is not None:
-            file.add(run, outcome.found, outcome.attributes, outcome.warnings)
-            return
-        file.mark(run, outcome.status, outcome.message, outcome.warnings)
-        if self.journal is not None and outcome.status == "failed":
-            self.journal.note(run, outcome.status, outcome.message)
+        refused[str(task)] = None
+    more = len(refused) - MAX_MESSAGES
+    overflow = [f"and {more} more messages"] if more > 0 else []
+    messages = "\n".join([*list(refused)[:MAX_MESSAGES], *overflow])
+    count = len(scenes)
+    subject = "The run is" if count == 1 else f"All {count} runs are"
+    raise InputError(f"{messages}\n{subject} refused before the first step.")
 
 
 # `run_study`: the runs of a study into one file.
@@ -456,23 +317,23 @@ def run_study(
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
-    pool: executors.Pool | None = None,
+    pool: Pool | None = None,
 ) -> xr.Dataset:
     """Run a study into the file ``output``, or in memory, see `simulate_many`. Raises InputError
     first where its runs have no such figures."""
     file = study.inputs[0]
-    kinds = one_scene_of_each_kind(study.scenes) if study.figures else []
+    kinds = run_layout.one_scene_of_each_kind(study.scenes) if study.figures else []
     with locating_in(file), _named_as(f"{file}: output:"):
-        check_units(file, study.bounds, check_figures(file, kinds, study.figures))
+        check_units(file, study.data.bounds(), check_figures(file, kinds, study.figures))
         return simulate_many(
             study.scenes,
             output,
-            variables=study.kept.variables,
-            channels=study.kept.channels,
+            variables=study.data.output.variables,
+            channels=study.data.output.channels,
             labels=study.labels,
             figures=study.figures,
             attributes={KIND: ResultKind.STUDY.value, DESIGN: study.design},
-            start=study.kept.start,
+            start=study.data.output.start,
             workers=workers,
             progress=progress,
             resume=resume,
@@ -498,21 +359,16 @@ Run = Callable[[ParameterStudy, Path], xr.Dataset]
 """Makes the runs of a study into a file, those that are kept of it taken over."""
 
 
-def run_until(
-    study: ParameterStudy,
-    seeds: tuple[int, ...],
-    wanted: SeedTarget,
-    run: Run,
-    output: outputs.Output,
-    resume: bool = False,
-) -> str:
-    """Runs in rounds, each with as many seeds as all before it, into the file ``output``; says in
-    words how wide the widest interval is, and of how many seeds.
+def run_until(study: ParameterStudy, run: Run, output: outputs.Output, resume: bool = False) -> str:
+    """Runs a study in rounds, each with as many seeds as all before it, into the file ``output``;
+    says in words how wide the widest interval is, and of how many seeds.
 
     Rounds are kept until the end in the folder ``output``.rounds, under names that say what they
     are of: as the seeds of a round follow from those before it, a study that was killed goes on
     with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
-    all_seeds = list(seeds)
+    wanted = study.data.until
+    assert wanted is not None
+    all_seeds = [*study.seeds]
     part = study
     folder = Path(f"{output.path}.rounds")
     shared = SceneCache()
@@ -530,7 +386,7 @@ def run_until(
             if width <= wanted.wide.value or count_of_new <= 0 or wanted.figure not in runs:
                 break
             new = [max(all_seeds) + 1 + k for k in range(count_of_new)]
-            part = replace(with_seeds(study, len(seeds), new), first=runs.sizes[RUN])
+            part = replace(study.with_seeds(new), first=runs.sizes[RUN])
             all_seeds = [*all_seeds, *new]
         write_run(runs, output)
         for batch in rounds:
@@ -580,7 +436,7 @@ def _is_round(path: Path) -> bool:
     if re.fullmatch(ROUND_NAME_PATTERN, path.name):
         return outputs.has_mark(path, "sweep")
     if re.fullmatch(rf"{ROUND_NAME_PATTERN}\.partial", path.name):
-        return outputs.is_folder(path) and all(map(is_part, path.iterdir()))
+        return outputs.is_folder(path) and all(map(runs_file.is_part, path.iterdir()))
     return bool(re.fullmatch(rf"\.hydrosim-{ROUND_NAME_PATTERN}\.lock", path.name)) and is_lock(
         path
     )
@@ -589,7 +445,7 @@ def _is_round(path: Path) -> bool:
 def _clear_folder(folder: Path) -> None:
     for path in folder.glob("*.partial"):
         if _is_round(path):
-            remove_journal(path)
+            runs_file.remove_journal(path)
     outputs.remove_folder(folder, _is_round)
 
 
@@ -597,7 +453,7 @@ def _make_round(
     part: ParameterStudy, number: int, shared: SceneCache, folder: Path, run: Run
 ) -> xr.Dataset:
     """The runs of a round: those that are there, if they are all and of this study."""
-    request = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
+    request = {"figures": part.figures, "kept": repr(part.data.output), "design": part.design}
     labels = {name: label.values for name, label in part.labels.items()}
     state = digest(identity(part.scenes, shared.open_sources, labels, request))
     path = folder / f"{number}-{state[:16]}.nc"
@@ -610,7 +466,7 @@ def _make_round(
             " database, or the study. Restore them to go on, or begin anew with --overwrite, which"
             " replaces the finished runs."
         )
-    if path.exists() and is_complete(path):
+    if path.exists() and runs_file.is_complete(path):
         return xr.open_dataset(path, engine="netcdf4")
     return run(part, path)
 
@@ -621,13 +477,3 @@ def widest_interval(runs: xr.Dataset, figure: str) -> float:
     rows = [row for plan in effects.plans(runs) for row in effects.rows(plan)]
     widths = [row.spread.high - row.spread.low for row in rows if row.figure == figure]
     return max((inf if isnan(width) else width for width in widths), default=inf)
-
-
-def with_seeds(study: ParameterStudy, count: int, new: list[int]) -> ParameterStudy:
-    """The same combinations, of which the study has so many seeds each, with others."""
-    scenes = [sea for scene in study.scenes[::count] for sea in scenes_with_seeds(scene, new)]
-    labels = {
-        name: xr.Variable(RUN, np.repeat(label.values[::count], len(new)), label.attrs)
-        for name, label in study.labels.items()
-    }
-    return replace(study, scenes=tuple(scenes), labels=labels)

@@ -15,12 +15,10 @@ seed that was not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from threading import Event
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -32,19 +30,18 @@ from hydrosim.files.cache import program_version, versions
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document_layout import text_of
 from hydrosim.files.document_nodes import Value
-from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
+from hydrosim.files.interrupts import raise_if_interrupted
 from hydrosim.files.yaml_nodes import locating_in
 from hydrosim.results.dataset import KIND, ResultKind
-from hydrosim.results.journal import Journal, StoredRun
-from hydrosim.results.runs_file import COMPLETE
+from hydrosim.results.runs_file import INTERRUPTED, NOT_RUN, Journal, RunOutcome
 from hydrosim.results.variables import describe_coordinates, describe_values
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
 from hydrosim.study import sweep
-from hydrosim.study.executors import RunOutcome, collected_here, outcome_of
+from hydrosim.study.executors import Threads, make_runs
+from hydrosim.study.scene_cache import RunTask, SceneCache, identity
 from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, scene_in_sea, wind_sea
-from hydrosim.study.shared import SceneCache, identity
 from hydrosim.study.spectral_limits import Spectral, spectral
 
 if TYPE_CHECKING:
@@ -52,6 +49,7 @@ if TYPE_CHECKING:
     from hydrosim.study.study_file import Operability, StudyFile
 
 CONFIDENCE = 0.9
+INTERVAL = ("limit", "low", "high")  # variables: a limit and the ends of its interval
 RUNS_PER_CHUNK = 8  # runs at a time, after which there may be enough
 
 Outcomes = Callable[[Sequence[tuple[int, int]]], np.ndarray]
@@ -91,87 +89,80 @@ def allowed_failures(count: int, probability: float) -> tuple[int, int, int]:
     return int(np.floor(count * (1.0 - probability) + 1e-9)), int(low) - 1, int(high)
 
 
-@dataclass
-class LimitSearch:
-    """Runs of a sea of any of the ``heights`` (how many) and seeds, and what is known of them."""
+FAILS, HOLDS, UNKNOWN = 0, 1, -1  # of a seed at a height
 
-    heights: int
-    seeds: int
-    outcomes: Outcomes
-    known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
+
+class LimitSearch:
+    """Runs of a sea of so many ``heights`` and ``seeds``, and whether these hold so many
+    ``criteria``, as far as it is known from runs that ``outcomes`` makes."""
+
+    def __init__(self, heights: int, seeds: int, criteria: int, outcomes: Outcomes) -> None:
+        self.outcomes = outcomes
+        self.was_run = np.zeros((heights, seeds), bool)
+        self.held = np.zeros((heights, seeds, criteria), bool)
 
     def find_limit(self, criteria: Sequence[int], probability: float) -> HeightLimit:
         """The limit of some of the ``criteria``, all of which must hold."""
-        criterion_numbers = list(criteria)
-        most, least, largest = allowed_failures(self.seeds, probability)
-        top = self.heights
+        top, seeds = self.was_run.shape
+        most, least, largest = allowed_failures(seeds, probability)
         inferred, otherwise = 0, 0
-        while True:
-            limit = self._last_allowed_height(criterion_numbers, most, top)
-            if limit < 0:
+        limit = self._last_allowed_height(criteria, most, top)
+        while limit >= 0:
+            guesses = self._states(criteria)[limit]
+            is_guess = ~self.was_run[limit] & (guesses != UNKNOWN)
+            self._run(limit, np.flatnonzero(~self.was_run[limit]))
+            states = self._states(criteria)[limit]
+            inferred += int(is_guess.sum())
+            otherwise += int((guesses != states)[is_guess].sum())
+            if np.sum(states == FAILS) <= most:
                 break
-            unknown_seeds = [s for s in range(self.seeds) if (limit, s) not in self.known]
-            guesses = [(s, self._infer_outcome(criterion_numbers, limit, s)) for s in unknown_seeds]
-            self._run([(limit, s) for s in unknown_seeds])
-            informed_guesses = [(s, guess) for s, guess in guesses if guess is not None]
-            wrong = [
-                guess != self._holds(criterion_numbers, (limit, s)) for s, guess in informed_guesses
-            ]
-            inferred, otherwise = inferred + len(wrong), otherwise + sum(wrong)
-            if self._failing(criterion_numbers, limit) <= most:
-                break
-            top = limit
-        low = self._last_allowed_height(criterion_numbers, least, max(limit, 0) + 1)
-        high = self._last_allowed_height(criterion_numbers, largest, self.heights, limit) + 1
+            limit = self._last_allowed_height(criteria, most, limit)
+        low = self._last_allowed_height(criteria, least, max(limit, 0) + 1)
+        high = self._last_allowed_height(criteria, largest, top, limit) + 1
         return HeightLimit(limit, min(low, limit), max(high, limit + 1), inferred, otherwise)
 
-    def failures(self, criteria: Sequence[int], height: int) -> np.ndarray:
-        """How many seeds fail each criterion at a height, of those that were run there."""
-        outcomes = [self.known[height, s] for s in range(self.seeds) if (height, s) in self.known]
-        return np.sum(~np.array(outcomes)[:, list(criteria)], axis=0) if outcomes else np.zeros(0)
+    def governing(self, criteria: Sequence[int], limit: int) -> int | None:
+        """Which criterion fails most at the first height beyond the limit that was run."""
+        failing = (self.was_run[:, :, None] & ~self.held[:, :, criteria]).sum(axis=1)
+        beyond = np.flatnonzero(failing[limit + 1 :].any(axis=1))
+        return criteria[int(failing[limit + 1 + beyond[0]].argmax())] if beyond.size else None
 
-    def _last_allowed_height(self, of: list[int], most: int, above: int, below: int = -1) -> int:
+    def _last_allowed_height(
+        self, criteria: Sequence[int], most: int, above: int, below: int = -1
+    ) -> int:
         """The last height below ``above`` at which no more than ``most`` seeds fail."""
         while above - below > 1:
             middle = (below + above) // 2
-            if self._is_allowed(of, most, middle):
+            if self._is_allowed(criteria, most, middle):
                 below = middle
             else:
                 above = middle
         return below
 
-    def _is_allowed(self, of: list[int], most: int, height: int) -> bool:
+    def _is_allowed(self, criteria: Sequence[int], most: int, height: int) -> bool:
         """Whether no more than so many seeds fail, with as few runs as decide it."""
         while True:
-            state = [self._infer_outcome(of, height, s) for s in range(self.seeds)]
-            failing, unknown = state.count(False), [s for s, x in enumerate(state) if x is None]
+            states = self._states(criteria)[height]
+            failing, unknown = np.sum(states == FAILS), np.flatnonzero(states == UNKNOWN)
             if failing > most:
                 return False
-            if failing + len(unknown) <= most:
+            if failing + unknown.size <= most:
                 return True
-            self._run([(height, s) for s in unknown[:RUNS_PER_CHUNK]])
+            self._run(height, unknown[:RUNS_PER_CHUNK])
 
-    def _infer_outcome(self, of: list[int], height: int, seed: int) -> bool | None:
-        """Whether a seed holds at a height, by its run there, or by those at others."""
-        if (height, seed) in self.known:
-            return self._holds(of, (height, seed))
-        for other in range(height - 1, -1, -1):
-            if (other, seed) in self.known and not self._holds(of, (other, seed)):
-                return False
-        for other in range(height + 1, self.heights):
-            if (other, seed) in self.known and self._holds(of, (other, seed)):
-                return True
-        return None
+    def _states(self, criteria: Sequence[int]) -> np.ndarray:
+        """Whether seeds hold at heights (heights, seeds), by their runs there, or else by those at
+        others: first by those below that fail, then by those above that hold."""
+        holds = self.held[:, :, criteria].all(axis=2)
+        fails_below = np.logical_or.accumulate(self.was_run & ~holds, axis=0)
+        holds_above = np.logical_or.accumulate((self.was_run & holds)[::-1], axis=0)[::-1]
+        inferred = np.where(fails_below, FAILS, np.where(holds_above, HOLDS, UNKNOWN))
+        return np.where(self.was_run, holds, inferred)
 
-    def _failing(self, of: list[int], height: int) -> int:
-        return sum(not self._holds(of, (height, s)) for s in range(self.seeds))
-
-    def _holds(self, of: list[int], run: tuple[int, int]) -> bool:
-        return bool(self.known[run][of].all())
-
-    def _run(self, runs: list[tuple[int, int]]) -> None:
-        if runs:
-            self.known |= dict(zip(runs, self.outcomes(runs), strict=True))
+    def _run(self, height: int, seeds: np.ndarray) -> None:
+        if seeds.size:
+            self.held[height, seeds] = self.outcomes([(height, seed) for seed in seeds.tolist()])
+            self.was_run[height, seeds] = True
 
 
 # Trials: runs on all cores, of which only figures are kept.
@@ -191,56 +182,35 @@ class Trials:
     ) -> None:
         self.figures, self.workers, self.progress = tuple(figures), workers, progress
         self.count, self.failed, self.message = 0, 0, ""
-        self._shared = SceneCache()
+        self._cache = SceneCache()
         self._journal = journal
 
     def values(self, scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
         """The figures (n, nf) of each scene, and whether its run came to its end (n,)."""
         raise_if_interrupted()
-        runs = range(self.count, self.count + len(scenes))
-        stop = Event()
-        with collected_here(), ThreadPoolExecutor(self.workers) as pool:
-            try:
-                futures = [
-                    self._start_run(run, scene, pool, stop)
-                    for run, scene in zip(runs, scenes, strict=True)
-                ]
-                outcomes = [
-                    self._record_outcome(run, future.result())
-                    for run, future in zip(runs, futures, strict=True)
-                ]
-            finally:
-                stop.set()
-        if any(outcome.status == "interrupted" for outcome in outcomes):
-            raise KeyboardInterrupt
-        self.count += len(scenes)
+        begin = self.count
         figures = np.full((len(scenes), len(self.figures)), np.nan)
-        for row, outcome in zip(figures, outcomes, strict=True):
-            if outcome.found is not None:
-                row[:] = [float(outcome.found[figure.name]) for figure in self.figures]
-            else:
+        complete = np.zeros(len(scenes), bool)
+
+        def compile_task(run: int) -> RunTask | Exception:
+            return self._cache.compile_task(scenes[run - begin])
+
+        def take(run: int, outcome: RunOutcome) -> None:
+            if outcome.status in (NOT_RUN, INTERRUPTED):
+                raise KeyboardInterrupt
+            if outcome.dataset is None:
                 self.failed += 1
                 self.message = self.message or outcome.message
+                return
+            complete[run - begin] = True
+            row = [float(outcome.dataset[figure.name]) for figure in self.figures]
+            figures[run - begin] = row
+
+        runs = range(begin, begin + len(scenes))
+        make_runs(runs, compile_task, self._figures, Threads(self.workers), take, self._journal)
+        self.count += len(scenes)
         self.progress(self.count)
-        return figures, np.array([outcome.found is not None for outcome in outcomes])
-
-    def _start_run(
-        self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
-    ) -> Future[RunOutcome]:
-        """A run that is in the journal, or is being made."""
-        if self._journal is None or run not in self._journal:
-            return pool.submit(outcome_of, self._shared.compile_task(scene), self._figures, stop)
-        future: Future[RunOutcome] = Future()
-        future.set_result(RunOutcome(COMPLETE, found=self._journal.read(run).found))
-        return future
-
-    def _record_outcome(self, run: int, outcome: RunOutcome) -> RunOutcome:
-        """The outcome of a run, which is in the journal if it is complete."""
-        journal = self._journal
-        if journal is not None and run not in journal and outcome.found is not None:
-            with delay_interrupts():
-                journal.add(run, StoredRun(outcome.found, {}, ""))
-        return outcome
+        return figures, complete
 
     def _figures(self, run: xr.Dataset) -> xr.Dataset:
         results = RunResults(run)
@@ -287,18 +257,23 @@ class Limits:
         return self.wanted.headings or (wind_sea(self.scene).heading,)
 
     @property
-    def seas(self) -> int:
-        """How many seas there are."""
-        return sum(1 for _ in _seas_of_study(self))
+    def seas(self) -> dict[tuple[int, int, int], Sea]:
+        """All seas, by the numbers of their swell, heading and peak period."""
+        return {
+            (i, j, k): Sea(period, heading, swell)
+            for i, swell in enumerate(self.swells)
+            for j, heading in enumerate(self.headings)
+            for k, period in enumerate(self.wanted.peak_periods)
+        }
 
     @property
     def identity(self) -> dict[str, str]:
-        """What must be the same for the search to go on, see `hydrosim.study.shared.identity`."""
+        """What must be the same for the search to go on (`hydrosim.study.scene_cache`)."""
         heights = self.wanted.heights.values()
         varied = {
             "seeds": self.seeds,
             "heights": heights,
-            "seas": [sea for _, sea in _seas_of_study(self)],
+            "seas": [*self.seas.values()],
         }
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
         return identity([self.scene], SceneCache().open_sources, varied, asked)
@@ -364,39 +339,39 @@ def limits_of(
     and the criterion that governs; 0 where the smallest height fails, and the largest
     height, its interval without an upper end, where that holds. A ``journal`` keeps the runs."""
     about = spectral(study.scene, study.figures, bool(study.wanted.swells))
-    is_spectral = isinstance(about, Spectral)
-    if not is_spectral:
+    if not isinstance(about, Spectral):
         allowed_failures(len(study.seeds), study.wanted.probability)
     trials = Trials(study.figures, workers, journal=journal)
-    table = _LimitTable(study)
-    for done, (at, sea) in enumerate(_seas_of_study(study)):
+    heights = study.wanted.heights.values()
+    limits = _empty_limits(study)
+    for done, (place, sea) in enumerate(study.seas.items()):
         progress(_sea_name(sea), trials.count, done)
+        before = trials.count
         if isinstance(about, Spectral):
-            table.add_spectral(at, sea, about)
+            find = _spectral_finder(study, sea, about)
         else:
-            table.add_searched(at, sea, trials)
-    dataset = table.dataset()
+            find = _search_finder(study, sea, trials)
+        for k, criteria in enumerate(study.stages().values()):
+            for name, value in find(criteria).items():
+                limits[name].values[(k, *place)] = value
+        limits.runs.values[place] = trials.count - before
+    limits["governing"] = limits.governing.astype(str)
     if study.wanted.headings:
-        dataset = add_mirrored_limits(dataset, study.scene, study.figures, study.swells)
-    dataset.attrs.update(study.scene.source)
-    dataset.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
-    dataset.attrs["method"] = "by response spectra" if is_spectral else f"by runs: {about}"
-    dataset.attrs["runs"] = trials.count
-    dataset.attrs["runs_of_all"] = (
-        0 if is_spectral else study.seas * len(table.heights) * len(study.seeds)
-    )
+        limits = add_mirrored_limits(limits, study.scene, study.figures, study.swells)
+    is_spectral = isinstance(about, Spectral)
+    limits.attrs |= {
+        **study.scene.source,
+        "program": f"hydrosim {program_version()}",
+        "versions": versions(),
+        "method": "by response spectra" if is_spectral else f"by runs: {about}",
+        "runs": trials.count,
+        "runs_of_all": 0 if is_spectral else len(study.seas) * len(heights) * len(study.seeds),
+    }
     if trials.failed:
-        dataset.attrs["failed"] = (
+        limits.attrs["failed"] = (
             f"{trials.failed} runs failed and count as not held; the first: {trials.message}"
         )
-    return dataset
-
-
-def _seas_of_study(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
-    for i, swell in enumerate(study.swells):
-        for j, heading in enumerate(study.headings):
-            for k, period in enumerate(study.wanted.peak_periods):
-                yield (i, j, k), Sea(period, heading, swell)
+    return limits
 
 
 def _sea_name(sea: Sea) -> str:
@@ -404,130 +379,97 @@ def _sea_name(sea: Sea) -> str:
     return f"Tp {sea.peak_period:g} s, heading {np.degrees(sea.heading):g} deg{swell}"
 
 
-@dataclass
-class _LimitTable:
-    """Limits as they are found."""
+Finder = Callable[[list[int]], dict[str, Any]]
+"""Finds the limit of some criteria in a sea: values of the variables of limits."""
 
-    study: Limits
-    values: dict[str, np.ndarray] = field(init=False)
 
-    def __post_init__(self) -> None:
-        study = self.study
-        self.heights = np.array(study.wanted.heights.values())
-        self.stages = study.stages()
-        shape = len(study.swells), len(study.headings), len(study.wanted.peak_periods)
-        size = (len(self.stages), *shape)
-        self.values = {name: np.full(size, np.nan) for name in ("limit", "low", "high")}
-        self.values |= {name: np.zeros(size, int) for name in ("inferred", "otherwise")}
-        self.values["governing"] = np.full(size, "", dtype=object)
-        self.values["runs"] = np.zeros(shape, int)
+def _spectral_finder(study: Limits, sea: Sea, about: Spectral) -> Finder:
+    """Limits among the heights; outside them as a search has it."""
+    lowest, *_, highest = study.wanted.heights.values()
+    probability = study.wanted.probability
+    figures = zip(study.figures, study.limits, strict=True)
+    spectral_limits = [about.limit(sea, figure, limit, probability) for figure, limit in figures]
 
-    def add_spectral(self, at: tuple[int, ...], sea: Sea, about: Spectral) -> None:
-        study = self.study
-        spectral_limits = [
-            about.limit(sea, figure, limit, study.wanted.probability)
-            for figure, limit in zip(study.figures, study.limits, strict=True)
-        ]
-        for s, criteria in enumerate(self.stages.values()):
-            least = min(criteria, key=lambda k: spectral_limits[k])
-            for name, value in self._limit_among_heights(spectral_limits[least]).items():
-                self.values[name][(s, *at)] = value
-            reached = spectral_limits[least] <= self.heights[-1]
-            self.values["governing"][(s, *at)] = study.figures[least].name if reached else ""
-
-    def _limit_among_heights(self, limit: float) -> dict[str, float]:
-        """A limit among the heights; outside them as a search has it."""
-        lowest, highest = map(float, self.heights[[0, -1]])
+    def find(criteria: list[int]) -> dict[str, Any]:
+        least = min(criteria, key=lambda k: spectral_limits[k])
+        limit = spectral_limits[least]
+        governing = study.figures[least].name if limit <= highest else ""
+        interval = (limit, limit, limit)
         if limit < lowest:
-            return {"limit": 0.0, "low": 0.0, "high": lowest}
-        if limit > highest:
-            return {"limit": highest, "low": highest, "high": inf}
-        return dict.fromkeys(("limit", "low", "high"), limit)
+            interval = (0.0, 0.0, lowest)
+        elif limit > highest:
+            interval = (highest, highest, inf)
+        return {**dict(zip(INTERVAL, interval, strict=True)), "governing": governing}
 
-    def add_searched(self, at: tuple[int, ...], sea: Sea, trials: Trials) -> None:
-        study = self.study
-        before = trials.count
+    return find
 
-        def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
-            scenes = [
-                scene_in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s])
-                for h, s in runs
-            ]
-            return study.limits_hold(*trials.values(scenes))
 
-        search = LimitSearch(len(self.heights), len(study.seeds), outcomes)
-        for s, criteria in enumerate(self.stages.values()):
-            height_limit = search.find_limit(criteria, study.wanted.probability)
-            place = (s, *at)
-            self.values["limit"][place] = self._height(height_limit.limit)
-            self.values["low"][place] = self._height(height_limit.low)
-            self.values["high"][place] = self._height(height_limit.high)
-            self.values["inferred"][place] = height_limit.inferred
-            self.values["otherwise"][place] = height_limit.otherwise
-            self.values["governing"][place] = self._governing(search, criteria, height_limit.limit)
-        self.values["runs"][at] = trials.count - before
+def _search_finder(study: Limits, sea: Sea, trials: Trials) -> Finder:
+    """Limits by bisection on the seeds of the study."""
+    heights = study.wanted.heights.values()
 
-    def _height(self, number: int) -> float:
-        if number < 0:
-            return 0.0
-        return float(self.heights[number]) if number < len(self.heights) else inf
+    def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
+        scenes = [scene_in_sea(study.scene, sea, heights[h], study.seeds[s]) for h, s in runs]
+        return study.limits_hold(*trials.values(scenes))
 
-    def _governing(self, search: LimitSearch, criteria: list[int], limit: int) -> str:
-        """Which criterion fails most at the first height beyond the limit that was run."""
-        for height in range(limit + 1, len(self.heights)):
-            failing = search.failures(criteria, height)
-            if failing.size and failing.any():
-                return self.study.figures[criteria[int(failing.argmax())]].name
-        return ""
+    search = LimitSearch(len(heights), len(study.seeds), len(study.figures), outcomes)
+    values = [*heights, inf, 0.0]  # number -1: the smallest height fails
 
-    def dataset(self) -> xr.Dataset:
-        study = self.study
-        dims = ("stage", "swell", "heading", "peak_period")
-        descriptions = {
-            "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
-            "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),
-            "high": (f"its upper end with {CONFIDENCE:.0%}, infinite if above all", "m"),
-            "inferred": ("seeds at the limit that were inferred, then run", "1"),
-            "otherwise": ("of these, seeds that then failed", "1"),
-            "runs": ("runs", "1"),
-            "governing": ("the criterion that fails first", ""),
-        }
-        variables = {
-            name: describe_values(
-                dims if values.ndim == len(dims) else dims[1:],
-                _texts_of(values),
-                *descriptions[name],
-            )
-            for name, values in self.values.items()
-        }
-        swells = [
-            "none"
-            if s is None
-            else f"{s.significant_height:g} m, {s.peak_period:g} s, {np.degrees(s.heading):g} deg"
-            for s in study.swells
-        ]
-        coordinates = {
-            "stage": [*self.stages],
-            "swell": swells,
-            "heading": describe_values(
-                "heading", np.array(study.headings), "where waves go to", "rad"
-            ),
-            "peak_period": describe_values(
-                "peak_period", np.array(study.wanted.peak_periods), "peak period", "s"
-            ),
-        }
-        attributes = {
-            KIND: ResultKind.OPERABILITY.value,
-            "title": study.scene.title,
-            "probability": study.wanted.probability,
-            "confidence": CONFIDENCE,
-            "seeds": len(study.seeds),
-            "criteria": "\n".join(_criterion_texts(study)),
-            "lowest": float(self.heights[0]),
-            "highest": float(self.heights[-1]),
-            "apart": study.wanted.heights.apart,
-        }
-        return describe_coordinates(xr.Dataset(variables, coordinates, attributes))
+    def find(criteria: list[int]) -> dict[str, Any]:
+        *numbers, inferred, otherwise = search.find_limit(criteria, study.wanted.probability)
+        interval = dict(zip(INTERVAL, [values[k] for k in numbers], strict=True))
+        governing = search.governing(criteria, numbers[0])
+        name = "" if governing is None else study.figures[governing].name
+        return {**interval, "inferred": inferred, "otherwise": otherwise, "governing": name}
+
+    return find
+
+
+def _empty_limits(study: Limits) -> xr.Dataset:
+    """Limits of all seas, of which none is known."""
+    descriptions = {
+        "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
+        "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),
+        "high": (f"its upper end with {CONFIDENCE:.0%}, infinite if above all", "m"),
+        "inferred": ("seeds at the limit that were inferred, then run", "1"),
+        "otherwise": ("of these, seeds that then failed", "1"),
+        "governing": ("the criterion that fails first", ""),
+        "runs": ("runs", "1"),
+    }
+    kinds: dict[str, type] = {"inferred": int, "otherwise": int, "runs": int, "governing": object}
+    swells = [
+        "none"
+        if s is None
+        else f"{s.significant_height:g} m, {s.peak_period:g} s, {np.degrees(s.heading):g} deg"
+        for s in study.swells
+    ]
+    periods = np.array(study.wanted.peak_periods)
+    coordinates = {
+        "stage": [*study.stages()],
+        "swell": swells,
+        "heading": describe_values("heading", np.array(study.headings), "where waves go to", "rad"),
+        "peak_period": describe_values("peak_period", periods, "peak period", "s"),
+    }
+    sizes = (len(study.stages()), len(swells), len(study.headings), periods.size)
+    variables = {}
+    for name, about in descriptions.items():
+        first = 1 if name == "runs" else 0  # runs are of all stages
+        kind = kinds.get(name, float)
+        values: np.ndarray = np.full(sizes[first:], "" if kind is object else 0, kind)
+        variables[name] = describe_values((*coordinates,)[first:], values, *about)
+    heights = study.wanted.heights
+    attributes = {
+        KIND: ResultKind.OPERABILITY.value,
+        "title": study.scene.title,
+        "probability": study.wanted.probability,
+        "confidence": CONFIDENCE,
+        "seeds": len(study.seeds),
+        "criteria": "\n".join(_criterion_texts(study)),
+        "lowest": heights.values()[0],
+        "highest": heights.values()[-1],
+        "apart": heights.apart,
+    }
+    return describe_coordinates(xr.Dataset(variables, coordinates, attributes))
 
 
 def _criterion_texts(study: Limits) -> Iterator[str]:
@@ -537,7 +479,3 @@ def _criterion_texts(study: Limits) -> Iterator[str]:
         side = "at least" if least else "at most"
         asked = text_of(Value(limit, study.units.get(figure.name, "")), units)
         yield f"{figure.name}: {figure} {side} {asked}"
-
-
-def _texts_of(values: np.ndarray) -> np.ndarray:
-    return values.astype(str) if values.dtype == object else values

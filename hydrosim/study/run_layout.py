@@ -1,8 +1,9 @@
-"""The form of a file of runs that do not all have the same names, and equality of scenes.
+"""What is kept of a run of a set, and the layout that runs of one file share.
 
 One file has one set of dimensions and variables. Runs may have other contact points, elements or
 bodies, and other values beside these, such as the kinetic friction of a point. Scenes that differ
-in their names are tried for a few steps before the first run. The form is what all of them have:
+in their names are tried for a few steps before the first run. The layout is an empty run of all
+names. A run is padded to it:
 
 * a dimension has the names of all runs, and what a run does not have is NaN or -1; ``NAME_in_run``
   (run, NAME) says which names a run has,
@@ -12,130 +13,185 @@ in their names are tried for a few steps before the first run. The form is what 
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import Field, fields, is_dataclass, replace
-from numbers import Number
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+import fnmatch
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
 from hydrosim.elements.kind import carried_weights
-from hydrosim.errors import HydrosimError
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.integrate.names import force_names
+from hydrosim.results.channels import channel_names, match_channels
+from hydrosim.results.dataset import new_dataset
+from hydrosim.results.ledger import RELATIVE
+from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.phases import CONTACT_WEIGHT
 from hydrosim.results.runs_file import BY_RUN, DIFFERING_ATTRIBUTE, IN_RUN, MISSING
+from hydrosim.results.variables import describe_coordinates, quantity_attributes
+from hydrosim.simulation import simulate
+from hydrosim.statistics.figures import RequestedStatistic
+from hydrosim.statistics.results import RunResults
+from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, unit_statistics
+from hydrosim.study.scene_cache import are_scenes_equal, without_waves
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
 
-# Whether two scenes are equal.
-
-PLAIN_TYPES = (str, Number, Path, type(None))
-
-
-def _compared_fields(part: Any) -> list[Field[Any]]:
-    """The fields that make a difference."""
-    return [field for field in fields(part) if field.compare]
+COUNT_ATTRIBUTES = {
+    "solver_steps": "steps of the solver",
+    "solver_events": "events of the solver",
+    "energy_residual_relative": "largest residual of the energy balance, of the energy exchanged",
+}
+"""Attributes of a run that are variables of a set, and what they are."""
 
 
-def are_scenes_equal(first: object, second: object) -> bool:
-    """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
-    entry, numbers and texts; anything else only if it is the same object."""
-    if first is second:
-        return True
-    if type(first) is not type(second):
-        return False
-    if isinstance(first, np.ndarray):
-        return np.array_equal(first, np.asarray(second))
-    if isinstance(first, Mapping) and isinstance(second, Mapping):
-        return list(first) == list(second) and all(
-            are_scenes_equal(first[key], second[key]) for key in first
+def reduce_run(
+    run: xr.Dataset,
+    variables: Sequence[str],
+    start: float,
+    figures: Sequence[RequestedStatistic] = (),
+    channels: Sequence[str] = (),
+    lenient: bool = False,
+    layout: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """What is kept of a run: its variables, and statistics from ``start`` [s] on. With a
+    ``layout``, it is padded to that. Raises InputError where the run has not all variables, figures
+    and ``channels`` (patterns) that are asked for, unless ``lenient``: it is then left out."""
+    unknown = [name for name in variables if name not in run]
+    if unknown and not lenient:
+        series_names = ", ".join(
+            str(name) for name, variable in run.items() if "time" in variable.dims
         )
-    if isinstance(first, tuple | list) and isinstance(second, tuple | list):
-        return len(first) == len(second) and all(map(are_scenes_equal, first, second))
-    if is_dataclass(first):
-        return all(
-            are_scenes_equal(getattr(first, f.name), getattr(second, f.name))
-            for f in _compared_fields(first)
-        )
-    return isinstance(first, PLAIN_TYPES) and first == second
+        meant = next((name.partition(".")[0] for name in unknown if "." in name), "")
+        text = f"variables: found {', '.join(unknown)}; expected some of: {series_names}"
+        raise InputError(with_hint(text, f'did you mean "{meant}"?' if meant in run else ""))
+    statistics, coords, attributes = columns(
+        run, start, None, _chosen_channels(run, channels, lenient)
+    )
+    statistics = {name: of for name, of in statistics.items() if not name.endswith(RECORDED_SUFFIX)}
+    variables_of_run: dict[str, Any] = {
+        **statistics,
+        **unit_statistics(run),
+        "end_position": _end_position(run),
+    }
+    if "fender" in run.dims:
+        variables_of_run |= {
+            "first_contact": _first_contact_times(run),
+            "contact_sequence": _contact_sequence(run),
+        }
+    variables_of_run |= {
+        name: xr.Variable((), run.attrs[name], quantity_attributes(what, "1"))
+        for name, what in COUNT_ATTRIBUTES.items()
+    }
+    variables_of_run[RELATIVE] = _relative_error(run)
+    results = RunResults(run)
+    why = results.explanation if "impulse" in run else xr.Dataset()
+    check_figure_names(figures, {*variables_of_run, *coords, *run.variables, *why})
+    for figure in figures:
+        try:
+            variables_of_run[figure.name] = figure.evaluate(results).variable
+        except InputError:
+            if not lenient:
+                raise
+    reduced = new_dataset(variables_of_run, coords, attributes)
+    if why:
+        reduced = xr.merge([reduced, why], join="exact", compat="equals")
+    if variables:
+        series = run[[name for name in variables if name in run]]
+        reduced = xr.merge([series, reduced], join="outer", compat="equals")
+    # adaptive runs end their last steps at different times
+    reduced = describe_coordinates(reduced).drop_vars(
+        [name for name in reduced.coords if str(name).startswith(MEMORY_PREFIX)]
+    )
+    return reduced if layout is None else pad_run(reduced, layout)
+
+
+def check_figure_names(figures: Sequence[RequestedStatistic], taken: Collection[object]) -> None:
+    """Raises InputError where a figure has the name of a variable of the runs."""
+    for figure in figures:
+        if figure.name in taken:
+            raise InputError(
+                f"figures, criteria: found the name {figure.name}, which is that of a variable"
+                f" of the runs; expected another one, such as {figure.name}_of_run."
+            )
+
+
+def _chosen_channels(run: xr.Dataset, patterns: Sequence[str], lenient: bool) -> list[str]:
+    """The channels of a run that patterns fit."""
+    if not patterns:
+        return []
+    channels = channel_names(run)
+    if lenient:
+        patterns = [pattern for pattern in patterns if fnmatch.filter(channels, pattern)]
+    return match_channels(channels, patterns, "output.channels")
+
+
+def _end_position(run: xr.Dataset) -> xr.Variable:
+    end = run.variables["position"].isel(time=-1)
+    end.attrs["long_name"] = "displacement and angles at the end of the run"
+    return end
+
+
+def _relative_error(run: xr.Dataset) -> xr.Variable:
+    """The measured error of motions, NaN where a run did not measure it."""
+    attributes = quantity_attributes("largest error of a motion, relative to its range", "1")
+    return xr.Variable((), float(run.attrs.get(RELATIVE, np.nan)), attributes)
+
+
+def _contact_sequence(run: xr.Dataset) -> xr.Variable:
+    """A number for the order in which contacts open, stick and slip, as recorded. Runs with
+    other orders have other numbers."""
+    modes = run.fender_mode.transpose("time", "fender").values
+    changed = np.any(modes[1:] != modes[:-1], axis=1)
+    order = modes[np.append(True, changed)].astype(np.int8)
+    attributes = {"units": "1", "long_name": "checksum of the order of contact modes"}
+    return xr.Variable((), np.int64(crc32(np.ascontiguousarray(order).tobytes())), attributes)
+
+
+def _first_contact_times(run: xr.Dataset) -> xr.Variable:
+    """When each group of contacts touches first, NaN if it does not."""
+    phase = run.contact_phase.transpose("contact_group", "time").values
+    first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
+    attributes = {"units": "s", "long_name": "time of the first contact of a fender of the group"}
+    return xr.Variable("contact_group", first, attributes)
 
 
 TRIAL_STEPS = 8  # of output, for a trial
 MAX_LISTED_NAMES = 6  # names in a remark
 UNNAMED_DIMS = {"dof", "axis", "contact_mode", "name_of_force", "carried"}
-"""Dimensions of a layout that nobody gives names to."""
-
-Keep = Callable[[xr.Dataset], xr.Dataset]
-"""What is kept of a run. Variables and figures that the run does not have are left out."""
-Simulate = Callable[["Scene"], xr.Dataset]
-"""Makes a run."""
-Structure = tuple[object, ...]
-"""Names of everything in a scene."""
+"""Dimensions of the names of a scene that nobody gives names to."""
+CHANNELS = "channels"  # attribute of a layout: channels of which some run has statistics
 
 
-class RunLayout(NamedTuple):
-    """What the runs of a set have: all ``labels`` of dimensions that they do not share; the
-    coordinates ``beside`` these that all agree on; the coordinates ``apart`` that have a value for
-    each run, with their dimensions; coordinates that are ``left_out``; all ``variables``, empty, in
-    their order; dimensions that are ``named``; what differs, in words; and the ``channels`` of
-    which there are statistics."""
-
-    labels: Mapping[str, np.ndarray]
-    beside: Mapping[str, xr.Variable]
-    apart: Mapping[str, xr.Variable]
-    left_out: tuple[str, ...]
-    variables: Mapping[str, xr.Variable]
-    named: tuple[str, ...]
-    remarks: tuple[str, ...]
-    channels: tuple[str, ...]
-
-    @property
-    def attributes(self) -> dict[str, str]:
-        """What the file says of it."""
-        by_run = [*self.apart, *(f"{dim}{IN_RUN}" for dim in self.named)]
-        return {DIFFERING_ATTRIBUTE: "\n".join(self.remarks), BY_RUN: " ".join(by_run)}
-
-    def pad_run(self, dataset: xr.Dataset) -> xr.Dataset:
-        """What is kept of a run, with the names of all runs."""
-        values = {**self.variables, **self.apart}
-        present = {name: dataset.variables[name] for name in values if name in dataset.variables}
-        run = xr.Dataset(present, {dim: dataset[dim] for dim in self.labels if dim in dataset})
-        labels = {dim: of for dim, of in self.labels.items() if dim in run.dims}
-        fills = {name: _fill_value(of.dtype) for name, of in present.items()}
-        padded = run.reindex(labels, fill_value=fills)
-        sizes = dict(dataset.sizes)
-        sizes.update({dim: of.size for dim, of in self.labels.items()})
-        data = {
-            name: padded.variables[name] if name in present else _missing_variable(of, sizes)
-            for name, of in values.items()
-        }
-        for dim in self.named:
-            is_there = np.isin(self.labels[dim], run[dim].values if dim in run else [])
-            text = f"whether the run has this {dim}"
-            data[f"{dim}{IN_RUN}"] = xr.Variable(dim, is_there.astype(np.int8), {"long_name": text})
-        excluded = {*self.labels, *self.beside, *self.apart, *self.left_out}
-        shared = {
-            name: variable.variable
-            for name, variable in dataset.coords.items()
-            if name not in excluded
-        }
-        return xr.Dataset(data, {**shared, **self.beside}, dataset.attrs)
+def try_scene(scene: Scene) -> xr.Dataset | HydrosimError:
+    """The run of a few steps of a scene, or why there is none."""
+    try:
+        return simulate(
+            replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
+        )
+    except HydrosimError as error:
+        return error
 
 
-def merge_layouts(scenes: Sequence[Scene], keep: Keep, simulate: Simulate) -> RunLayout | None:
-    """The form of the runs of the ``scenes``; None if they all have the same."""
-    kinds, layouts = _group_scenes(scenes)
-    apart = _differing_numbers(layouts)
-    if len(kinds) < 2 and not apart:
+def merge_layouts(
+    scenes: Sequence[Scene], reduce: Callable[[xr.Dataset], xr.Dataset]
+) -> xr.Dataset | None:
+    """The layout of the runs of the ``scenes``; None if they all have the same. ``reduce`` says
+    what is kept of a run, and leaves out what the run has not."""
+    kinds, names = _group_scenes(scenes)
+    differing = _differing_numbers(names)
+    if len(kinds) < 2 and not differing:
         return None
-    trials = [(try_scene(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
-    counted_trials = [(trial, count) for trial, count in trials if trial is not None]
-    return _merge_kinds(counted_trials, apart, _named_dims(layouts)) if counted_trials else None
+    trials = [(try_scene(scenes[runs[0]]), len(runs)) for runs in kinds]
+    reduced = [(reduce(run), n) for run, n in trials if not isinstance(run, HydrosimError)]
+    dims = {str(name) for of_scene in names for name in of_scene.dims} - UNNAMED_DIMS
+    return _merge_trials(reduced, differing, dims) if reduced else None
 
 
 def one_scene_of_each_kind(scenes: Sequence[Scene]) -> list[Scene]:
@@ -144,21 +200,11 @@ def one_scene_of_each_kind(scenes: Sequence[Scene]) -> list[Scene]:
 
 
 def _group_scenes(scenes: Sequence[Scene]) -> tuple[list[list[int]], list[xr.Dataset]]:
-    """The runs of each kind, and the layouts of all, each once for scenes after each other."""
-    kinds: dict[Structure, list[int]] = {}
+    """The runs of each kind, and the names of all, each once for scenes after each other that
+    differ in their waves alone. A scene that has none cannot be compiled, as its own run will
+    tell."""
+    kinds: dict[tuple[object, ...], list[int]] = {}
     layouts: list[xr.Dataset] = []
-    for index, layout in _layouts_of_runs(scenes):
-        if layout is None:
-            continue
-        if not layouts or layouts[-1] is not layout:
-            layouts.append(layout)
-        kinds.setdefault(_structure_of_layout(layout), []).append(index)
-    return list(kinds.values()), layouts
-
-
-def _layouts_of_runs(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset | None]]:
-    """The layout of each run, one object for scenes after each other that differ in their waves
-    alone; None of a scene that cannot be compiled, which its own run will tell."""
     before: Scene | None = None
     layout: xr.Dataset | None = None
     for run, scene in enumerate(scenes):
@@ -166,7 +212,10 @@ def _layouts_of_runs(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset 
         if before is None or not are_scenes_equal(calm, before):
             before = calm
             layout = names_layout(scene)
-        yield run, layout
+            layouts += [] if layout is None else [layout]
+        if layout is not None:
+            kinds.setdefault(_structure_of_layout(layout), []).append(run)
+    return list(kinds.values()), layouts
 
 
 NAMES_OF_LAYOUT = {"name_of_force", "carried"}
@@ -188,194 +237,191 @@ def names_layout(scene: Scene) -> xr.Dataset | None:
         return None
 
 
-def without_waves(scene: Scene) -> Scene:
-    """The scene without what its coordinates do not depend on."""
-    return replace(scene, title="", source={}, environment=scene.environment.without_waves())
-
-
-def _structure_of_layout(layout: xr.Dataset) -> Structure:
+def _structure_of_layout(layout: xr.Dataset) -> tuple[object, ...]:
     return tuple(
-        (name, None if _is_number_beside(name, of) else tuple(np.ravel(of.values).tolist()))
-        for name, of in layout.coords.items()
+        (name, None if _is_number_beside(array) else tuple(np.ravel(array.values).tolist()))
+        for name, array in layout.coords.items()
     )
 
 
-def _is_number_beside(name: object, of: xr.DataArray | xr.Variable) -> bool:
-    return (name,) != of.dims and of.dtype.kind in "fiu"
+def _is_number_beside(array: xr.DataArray) -> bool:
+    return (array.name,) != array.dims and array.dtype.kind in "fiu"
 
 
 def _differing_numbers(layouts: Sequence[xr.Dataset]) -> set[str]:
     """Numbers beside names that not all scenes have the same."""
-    first_values: dict[tuple[object, object], float] = {}
-    differing: set[str] = set()
-    for layout in layouts:
-        for name, of in layout.coords.items():
-            if not _is_number_beside(name, of) or of.ndim != 1:
-                continue
-            labels = layout[of.dims[0]].values.tolist()
-            for label, value in zip(labels, of.values.tolist(), strict=True):
-                if not _are_values_equal(first_values.setdefault((name, label), value), value):
-                    differing.add(str(name))
-    return differing
+    values: dict[tuple[str, object], set[object]] = {}
+    for array in (array for layout in layouts for array in layout.coords.values()):
+        if _is_number_beside(array) and array.ndim == 1:
+            labels = array[array.dims[0]].values.tolist()
+            for label, value in zip(labels, array.values.tolist(), strict=True):
+                numbers = values.setdefault((str(array.name), label), set())
+                numbers.add(None if value != value else value)
+    return {name for (name, _), numbers in values.items() if len(numbers) > 1}
 
 
-def _are_values_equal(first: object, second: object) -> bool:
-    """Whether two values are equal, or both not a number."""
-    return first == second or (first != first and second != second)
-
-
-def _named_dims(layouts: Sequence[xr.Dataset]) -> set[str]:
-    """Dimensions that scenes have names of."""
-    return {str(name) for layout in layouts for name in layout.dims} - UNNAMED_DIMS
-
-
-def try_scene(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
-    """What is kept of a few steps; None where there is no such run, which its own will tell."""
-    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
-    try:
-        run = simulate(short)
-    except HydrosimError:
-        return None
-    return keep(run)
-
-
-def _merge_kinds(
-    runs: Sequence[tuple[xr.Dataset, int]], apart: set[str], named: set[str]
-) -> RunLayout | None:
-    """The form that holds the ``runs`` (first run of a kind of scene, number of them)."""
-    datasets = [trial for trial, _ in runs]
-    labels = _all_labels(datasets)
-    per_run: dict[str, xr.Variable] = {}
-    beside = {
-        dim: xr.Variable(dim, of, _common_attributes(datasets, dim)) for dim, of in labels.items()
-    }
+def _merge_trials(
+    trials: Sequence[tuple[xr.Dataset, int]], differing: set[str], named: set[str]
+) -> xr.Dataset | None:
+    """The layout that holds the ``trials`` (first run of a kind of scene, number of them); None if
+    they have the same."""
+    datasets = [trial for trial, _ in trials]
+    labels = _differing_labels(datasets)
+    coords = dict(labels)
+    templates: dict[str, xr.Variable] = {}
+    for trial in datasets:
+        for name, array in trial.data_vars.items():
+            templates.setdefault(str(name), array.variable)
+    lacking = [name for name in templates if any(name not in trial for trial in datasets)]
+    by_run: list[str] = []
     left_out: list[str] = []
     for name in dict.fromkeys(str(n) for trial in datasets for n in trial.coords):
-        holders = [trial for trial in datasets if name in trial.coords]
-        dims = holders[0][name].dims
-        if name in labels or (name not in apart and not {*dims} & labels.keys()):
+        arrays = [trial[name] for trial in datasets if name in trial.coords]
+        first = arrays[0]
+        if name in labels or not (name in differing or {*first.dims} & labels.keys()):
             continue
-        all_, agree = _merge_coordinate(name, holders, labels)
-        if agree and name not in apart:
-            beside[name] = all_
-        elif all_.dtype.kind in "fiu":
-            per_run[name] = _empty_template(all_)
+        merged = None if name in differing else _merge_arrays(arrays, labels)
+        if merged is not None:
+            coords[name] = merged
+        elif first.dtype.kind in "fiu":
+            templates[name] = first.variable
+            by_run.append(name)
         else:
             left_out.append(name)
-    variables = {
-        str(name): _empty_template(trial.variables[name])
-        for trial in reversed(datasets)
-        for name in trial.data_vars
-    }
-    order = dict.fromkeys(str(name) for trial in datasets for name in trial.data_vars)
-    lacking = [name for name in order if any(name not in trial for trial in datasets)]
-    if not (labels or per_run or lacking):
+    if not (labels or by_run or lacking):
         return None
-    names = tuple(dim for dim in labels if dim in named)
-    remarks = (*_name_remarks(runs, labels, names, lacking), *_value_remarks(per_run, left_out))
-    ordered = {name: variables[name] for name in order}
-    channel_lists = [
-        trial.channel.values.tolist() for trial in datasets if "channel" in trial.coords
+    names = [dim for dim in labels if dim in named]
+    remarks = [
+        *_name_remarks(trials, labels, names),
+        *_lack_remarks(trials, [n for n in lacking if not {*templates[n].dims} & labels.keys()]),
+        *(f"{name}: a value for each run, as they differ" for name in by_run),
+        *(f"{name}: left out, as runs contradict each other in it" for name in left_out),
     ]
-    channels = tuple(dict.fromkeys(name for own_names in channel_lists for name in own_names))
-    return RunLayout(labels, beside, per_run, tuple(left_out), ordered, names, remarks, channels)
+    for dim in names:
+        about = {"long_name": f"whether the run has this {dim}"}
+        templates[f"{dim}{IN_RUN}"] = xr.Variable(dim, np.zeros(0, np.int8), about)
+        by_run.append(f"{dim}{IN_RUN}")
+    channels = [name for trial in datasets for name in _labels_of(trial, "channel")]
+    attributes = {
+        DIFFERING_ATTRIBUTE: "\n".join(remarks),
+        BY_RUN: " ".join(by_run),
+        CHANNELS: [*dict.fromkeys(channels)],
+    }
+    sizes = {dim: size for trial in datasets for dim, size in trial.sizes.items()}
+    sizes |= {dim: of.size for dim, of in labels.items()}
+    missing = {name: _missing_variable(name, of, sizes) for name, of in templates.items()}
+    return xr.Dataset(missing, coords, attributes)
 
 
-def _all_labels(datasets: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
-    """All labels of each dimension that not all have the same of."""
+def attributes_of_layout(layout: xr.Dataset) -> dict[str, str]:
+    """What the file says of a layout."""
+    return {name: layout.attrs[name] for name in (DIFFERING_ATTRIBUTE, BY_RUN)}
+
+
+def pad_run(run: xr.Dataset, layout: xr.Dataset) -> xr.Dataset:
+    """What is kept of a run, with the names of all runs."""
+    labels = dict(layout.indexes)
+    flags = {dim: f"{dim}{IN_RUN}" for dim in run.dims if f"{dim}{IN_RUN}" in layout}
+    run = run.assign(
+        {
+            flag: (dim, np.ones(run.sizes[dim], np.int8), layout[flag].attrs)
+            for dim, flag in flags.items()
+        }
+    )
+    present = {name: run.variables[name] for name in layout.data_vars if name in run.variables}
+    there = {dim: index for dim, index in labels.items() if dim in run.dims}
+    fills = {name: _fill_value(str(name), of.dtype) for name, of in present.items()}
+    padded = xr.Dataset(present, {dim: run[dim] for dim in there}).reindex(there, fill_value=fills)
+    sizes = {**run.sizes, **{dim: len(index) for dim, index in labels.items()}}
+    data = {
+        name: padded.variables[name]
+        if name in present
+        else _missing_variable(str(name), of.variable, sizes)
+        for name, of in layout.data_vars.items()
+    }
+    shared = {
+        name: of.variable
+        for name, of in run.coords.items()
+        if name not in layout.variables and not {*of.dims} & labels.keys()
+    }
+    return xr.Dataset(data, {**shared, **layout.coords.variables}, run.attrs)
+
+
+def _labels_of(trial: xr.Dataset, dim: str) -> list[Any]:
+    """Labels of a run along a dimension, none if it has not the dimension."""
+    return trial[dim].values.tolist() if dim in trial.dims else []
+
+
+def _differing_labels(datasets: Sequence[xr.Dataset]) -> dict[str, xr.Variable]:
+    """All labels of each dimension that not all have the same of, in their order."""
     all_labels = {}
     for dim in dict.fromkeys(str(d) for trial in datasets for d in trial.dims):
-        label_lists = [
-            trial[dim].values.tolist() if dim in trial.dims else [] for trial in datasets
-        ]
-        if any(other != label_lists[0] for other in label_lists):
-            labels = dict.fromkeys(label for labels in label_lists for label in labels)
-            all_labels[dim] = np.array(list(labels))
+        lists = [_labels_of(trial, dim) for trial in datasets]
+        if any(labels != lists[0] for labels in lists):
+            labels = np.array([*dict.fromkeys(label for of in lists for label in of)])
+            first = next(trial[dim] for trial in datasets if dim in trial.dims)
+            all_labels[dim] = xr.Variable(dim, labels, first.attrs)
     return all_labels
 
 
-def _common_attributes(datasets: Sequence[xr.Dataset], name: str) -> Mapping[str, object]:
-    """The attributes of a coordinate, of the first that has it."""
-    return next((trial[name].attrs for trial in datasets if name in trial.coords), {})
-
-
-def _merge_coordinate(
-    name: str, datasets: Sequence[xr.Dataset], labels: Mapping[str, np.ndarray]
-) -> tuple[xr.Variable, bool]:
-    """A coordinate over all labels, and whether all that have it agree."""
-    values: dict[tuple[object, ...], object] = {}
-    agree = True
-    first = datasets[0][name]
-    for trial in datasets:
-        label_lists = [trial[dim].values.tolist() for dim in first.dims]
-        for at, value in np.ndenumerate(trial[name].values):
-            place = tuple(labels_of[k] for labels_of, k in zip(label_lists, at, strict=True))
-            agree = agree and _are_values_equal(values.setdefault(place, value), value)
-    all_labels = [labels.get(str(dim), datasets[0][dim].values).tolist() for dim in first.dims]
+def _merge_arrays(
+    arrays: Sequence[xr.DataArray], labels: Mapping[str, xr.Variable]
+) -> xr.Variable | None:
+    """The values beside all labels; None where runs contradict each other."""
+    first = arrays[0]
+    fill = _fill_value(str(first.name), first.dtype)
+    parts = [array.reset_coords(drop=True) for array in arrays]
+    try:
+        merged = xr.merge(parts, compat="no_conflicts", join="outer", combine_attrs="override")
+    except xr.MergeError:
+        return None
+    along = {dim: of.values for dim, of in labels.items() if dim in first.dims}
+    values = merged[first.name].reindex(along).fillna(fill).transpose(*first.dims).values
     kind = object if first.dtype.kind in "OU" else first.dtype
-    merged = np.full([len(of) for of in all_labels], _fill_value(first.dtype), kind)
-    for at in np.ndindex(merged.shape):
-        place = tuple(of[k] for of, k in zip(all_labels, at, strict=True))
-        merged[at] = values.get(place, _fill_value(first.dtype))
-    return xr.Variable(first.dims, merged, first.attrs), agree
+    return xr.Variable(first.dims, values.astype(kind), first.attrs)
 
 
-def _empty_template(variable: xr.Variable) -> xr.Variable:
-    """The kind of a variable, with a size of nothing."""
-    return xr.Variable(
-        variable.dims, np.empty((0,) * variable.ndim, variable.dtype), variable.attrs
-    )
-
-
-def _missing_variable(variable: xr.Variable, sizes: Mapping[Any, int]) -> xr.Variable:
+def _missing_variable(name: str, template: xr.Variable, sizes: Mapping[Any, int]) -> xr.Variable:
     """A variable in which nothing is known."""
-    shape = [sizes[dim] for dim in variable.dims]
-    values = np.full(shape, _fill_value(variable.dtype), variable.dtype)
-    return xr.Variable(variable.dims, values, variable.attrs)
+    shape = [sizes[dim] for dim in template.dims]
+    values = np.full(shape, _fill_value(name, template.dtype), template.dtype)
+    return xr.Variable(template.dims, values, template.attrs)
 
 
-def _fill_value(kind: np.dtype) -> object:
+def _fill_value(name: str, kind: np.dtype) -> object:
     """What stands where a run has nothing."""
+    if name.endswith(IN_RUN):
+        return 0
     return {"f": np.nan, "i": MISSING, "u": 0}.get(kind.kind, "")
 
 
 def _name_remarks(
-    trials: Sequence[tuple[xr.Dataset, int]],
-    labels: Mapping[str, np.ndarray],
-    named: Sequence[str],
-    lacking: Sequence[str],
+    trials: Sequence[tuple[xr.Dataset, int]], labels: Mapping[str, xr.Variable], dims: Sequence[str]
 ) -> Iterator[str]:
-    """Which names and variables not all runs have."""
+    """Which names not all runs have."""
     runs = sum(count for _, count in trials)
-    for dim in named:
-        having: Counter[object] = Counter()
-        for trial, count in trials:
-            names = trial[dim].values.tolist() if dim in trial.dims else []
-            having.update(dict.fromkeys(names, count))
-        names_by_count: dict[int, list[str]] = {}
-        for label, n in having.items():
-            if n < runs:
-                names_by_count.setdefault(n, []).append(str(label))
-        texts = (
-            f"{_shorten_names(names)} in {n} of {runs} runs" for n, names in names_by_count.items()
-        )
+    for dim in dims:
+        names = labels[dim].values
+        counts = sum(np.isin(names, _labels_of(trial, dim)) * count for trial, count in trials)
+        texts = [
+            f"{_shorten_names(names[counts == n].tolist())} in {n} of {runs} runs"
+            for n in dict.fromkeys(np.atleast_1d(counts).tolist())
+            if n < runs
+        ]
         yield f"{dim}: {'; '.join(texts)} ({dim}{IN_RUN} says which run has which)"
-    dims = {name: of.dims for trial, _ in trials for name, of in trial.data_vars.items()}
-    alone = [name for name in lacking if not {*dims[name]} & {*labels}]
-    for name in alone:
-        n = sum(count for trial, count in trials if name in trial)
-        yield f"{name}: in {n} of {runs} runs"
+
+
+def _lack_remarks(
+    trials: Sequence[tuple[xr.Dataset, int]], variables: Sequence[str]
+) -> Iterator[str]:
+    """Which variables not all runs have."""
+    runs = sum(count for _, count in trials)
+    for name in variables:
+        having = sum(count for trial, count in trials if name in trial)
+        yield f"{name}: in {having} of {runs} runs"
 
 
 def _shorten_names(names: Sequence[str]) -> str:
     """Names in words, no more than `MAX_LISTED_NAMES` of them."""
-    return ", ".join(
-        [*names[:MAX_LISTED_NAMES], *(["..."] if len(names) > MAX_LISTED_NAMES else [])]
-    )
-
-
-def _value_remarks(apart: Mapping[str, object], left_out: Sequence[str]) -> Iterator[str]:
-    for name in apart:
-        yield f"{name}: a value for each run, as they differ"
-    for name in left_out:
-        yield f"{name}: left out, as runs contradict each other in it"
+    more = ["..."] if len(names) > MAX_LISTED_NAMES else []
+    return ", ".join([*names[:MAX_LISTED_NAMES], *more])

@@ -11,28 +11,30 @@ from command_line import Command
 from damaged import message
 
 from hydrosim.errors import InputError
-from hydrosim.results.journal import (
+from hydrosim.results.runs_file import (
+    COMPLETE,
     FIRST_RUN_FILE,
     KNOWN,
+    RUN,
     RUNS,
     Journal,
-    StoredRun,
+    RunOutcome,
+    RunsWriter,
     read_unfinished,
     runs_at,
 )
-from hydrosim.results.runs_file import RUN, RunsWriter
 
 COUNT = 6
 PLAN = {"design": "grid", "samples": None, "parameters": {"height": ["height"]}}
 DESIGN = json.dumps({"plans": {"": PLAN}, "figures": ["crawl"]})
 
 
-def run(k: int) -> StoredRun:
+def run(k: int) -> RunOutcome:
     found = xr.Dataset(
         {"crawl": ((), 10.0 + k, {"units": "m"}), "order": np.int64(k), "x": ("time", [k, 0.5])},
         {"time": [0.0, 1.0]},
     )
-    return StoredRun(found, {"title": "one", "own": k}, "")
+    return RunOutcome(COMPLETE, "", "", found, {"title": "one", "own": k})
 
 
 @pytest.fixture
@@ -45,10 +47,10 @@ def folder(tmp_path: Path) -> Path:
         "seed": xr.Variable(RUN, np.array([1, 2, 3] * 2)),
         "height": xr.Variable(RUN, np.repeat([1.0, 2.0], 3), {"units": "m"}),
     }
-    RunsWriter(made / KNOWN, COUNT, along, list(along), "", {"design": DESIGN}).close()
+    RunsWriter(made / KNOWN, COUNT, along, list(along), {"design": DESIGN}).close()
     book = Journal(made, {"the program": "x"})
     book.add(1, run(1))
-    book.note(2, "failed", "it turned over")
+    book.add(2, RunOutcome("failed", "it turned over"))
     book.add(3, run(3))
     book.close()
     return made
@@ -149,7 +151,7 @@ def test_a_folder_that_goes_while_it_is_read(folder: Path, monkeypatch: pytest.M
     def gone(_: Path) -> None:
         (folder / RUNS).unlink()
 
-    monkeypatch.setattr("hydrosim.results.journal.first_of", gone)
+    monkeypatch.setattr("hydrosim.results.runs_file.first_of", gone)
     with pytest.raises(InputError, match="no longer exists, because its sweep has ended"):
         runs_at(folder)
 
@@ -168,9 +170,9 @@ def test_statistics_of_a_study_that_was_interrupted(tmp_path: Path, statistics: 
     """What came of its runs is said before figures of those that are complete."""
     height = xr.Variable(RUN, [1.0, 1.0, 2.0, 2.0], {"units": "m"})
     known = {"seed": xr.Variable(RUN, [1, 2, 1, 2]), "height": height}
-    file = RunsWriter(tmp_path / "runs.nc", 4, known, list(known), "", {"design": DESIGN})
-    file.add(0, run(0).found, {})
-    file.mark(1, "failed", "it turned over")
+    file = RunsWriter(tmp_path / "runs.nc", 4, known, list(known), {"design": DESIGN})
+    file.add(0, run(0)._replace(attributes={}))
+    file.add(1, RunOutcome("failed", "it turned over"))
     file.close()
     result = statistics("runs.nc")
     assert "1 of 4 runs are complete. Figures are of these." in result.out

@@ -68,8 +68,8 @@ def test_differences_are_taken_seed_by_seed() -> None:
 def test_sobol_indices_of_ishigami() -> None:
     """sin x1 + 7 sin^2 x2 + x3^4 sin(x1) / 10 (Ishigami and Homma 1990): variances in closed form,
     first 0.3139, 0.4424, 0, total 0.5576, 0.4424, 0.2437. The estimators are off by 1/sqrt(n)."""
-    from hydrosim.study.designs import design_rows
     from hydrosim.study.study_file import DesignPlan
+    from hydrosim.study.sweep import design_rows
 
     ranges = {name: {"from": -np.pi, "to": np.pi} for name in ("x1", "x2", "x3")}
     plan = DesignPlan.model_validate(

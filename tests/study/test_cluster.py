@@ -20,10 +20,10 @@ from scenes import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.dataset import differences
 from hydrosim.errors import InputError
+from hydrosim.results.runs_file import RunOutcome
 from hydrosim.scene import WaveTrain
-from hydrosim.study.cluster import Cluster, run_batch
-from hydrosim.study.executors import RunOutcome
-from hydrosim.study.shared import RunTask
+from hydrosim.study.cluster import Cluster, make_run
+from hydrosim.study.scene_cache import RunTask
 
 pytest.importorskip("distributed")
 import xarray as xr
@@ -132,7 +132,7 @@ def test_another_program_is_refused(
     with pytest.raises(InputError, match=r"with another program \(hydrosim .*expected hydrosim 0"):
         Cluster(cluster[0])
     with pytest.raises(InputError, match=r"a worker with hydrosim 0.0.9; expected another"):
-        run_batch("another", None, [], None)  # type: ignore[arg-type]
+        make_run("another", None, None, None)  # type: ignore[arg-type]
 
 
 def test_a_client_that_was_killed_goes_on(cluster: tuple[str, list[int]], sweep: Command) -> None:
@@ -181,10 +181,10 @@ class KilledWorker(Exception):
 
 
 class Task:
-    """A batch on its way, whose end the test says."""
+    """A run on its way, whose end the test says."""
 
-    def __init__(self, seeds: list[int]) -> None:
-        self.seeds, self.status = seeds, "pending"
+    def __init__(self) -> None:
+        self.status = "pending"
         self.calls: list[Callable[[Task], None]] = []
 
     def add_done_callback(self, call: Callable[["Task"], None]) -> None:
@@ -195,8 +195,8 @@ class Task:
         for call in self.calls:
             call(self)
 
-    def result(self) -> list[RunOutcome]:
-        return [RunOutcome("complete") for _ in self.seeds]
+    def result(self) -> RunOutcome:
+        return RunOutcome("complete")
 
     def exception(self) -> Exception:
         return KilledWorker()
@@ -208,33 +208,52 @@ class Client:
     def __init__(self) -> None:
         self.sent: list[Task] = []
 
-    def submit(self, _: object, *given: Any, pure: bool) -> Task:
-        self.sent.append(Task(given[2] if len(given) > 2 else []))
+    def submit(self, *_: object, pure: bool) -> Task:
+        self.sent.append(Task())
         return self.sent[-1]
 
 
-def test_a_run_that_kills_its_workers_alone_has_failed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Two batches of three are given up, as dask blames what waits beside the one that kills: each
-    run is made once more, with nothing beside it; the one that kills then, too, has failed."""
+@pytest.fixture
+def client(monkeypatch: pytest.MonkeyPatch) -> Client:
     client = Client()
     monkeypatch.setattr(Cluster, "_connect", lambda *_: client)
     monkeypatch.setattr(Cluster, "_count_workers", lambda _: 1)
-    pool = Cluster("tcp://nobody")
-    pool.size = 3
-    scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(9)]
+    return client
+
+
+def tasks(count: int) -> list[RunTask]:
+    scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(count)]
     calm = cast(Any, object())
-    found = [pool.submit(RunTask(scene, (), calm), cast(Any, None)) for scene in scenes]
-    first, other, last = client.sent[1:]
-    first.end("error")
-    other.end("error")
+    return [RunTask(scene, calm) for scene in scenes]
+
+
+def test_a_run_that_kills_its_workers_alone_has_failed(client: Client) -> None:
+    """Six runs are given up, as dask blames what waits beside the one that kills: each is made once
+    more, with nothing beside it; the one that kills then, too, has failed."""
+    pool = Cluster("tcp://nobody")
+    found = [pool.submit(task, cast(Any, None)) for task in tasks(7)]
+    *given_up, last = client.sent[1:]  # the first is what is compiled, once for all
+    assert len(given_up) == 6
+    for task in given_up:
+        task.end("error")
     assert client.sent[-1] is last  # nothing is tried while something else is on its way
     last.end("finished")
     for k in range(6):
-        assert len(client.sent) == 5 + k
+        assert len(client.sent) == 9 + k
         client.sent[-1].end("error" if k == 2 else "finished")
-    assert len(client.sent) == 10
+    assert len(client.sent) == 14
     status = [future.result(timeout=0).status for future in found]
-    assert status == ["failed" if k == 2 else "complete" for k in range(9)]
+    assert status == ["failed" if k == 2 else "complete" for k in range(7)]
     assert "the workers that made this run died" in found[2].result().message
+
+
+def test_runs_that_are_cancelled_are_not_run(client: Client) -> None:
+    """On their way, or given up; what comes later is not looked at."""
+    pool = Cluster("tcp://nobody")
+    found = [pool.submit(task, cast(Any, None)) for task in tasks(3)]
+    first, other, last = client.sent[1:]
+    first.end("finished")
+    other.end("error")
+    pool.shutdown(cancel_futures=True)
+    last.end("finished")
+    assert [future.result(timeout=0).status for future in found] == ["complete", *["not run"] * 2]

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrosim.study.designs import DesignRow, design_rows, design_size
 from hydrosim.study.study_file import DesignPlan, Range
+from hydrosim.study.sweep import Combination, design_rows, design_size
 
 
 def ends(_: str, spread: Range) -> tuple[float, float]:
     return float(spread.low), float(spread.high)
 
 
-def of(**keys: Any) -> tuple[DesignPlan, list[DesignRow]]:
+def of(**keys: Any) -> tuple[DesignPlan, list[Combination]]:
     plan = DesignPlan.model_validate(keys)
     found = list(design_rows(plan, ends))
     assert len(found) == design_size(plan)

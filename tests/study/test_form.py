@@ -13,11 +13,11 @@ from scenes import scene as dry
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
 from hydrosim.elements import Frictionless, StickSlip
-from hydrosim.results.journal import read_unfinished
+from hydrosim.results.runs_file import read_unfinished
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import explain_run, explanations_of_runs
 from hydrosim.statistics.figures import ScalarResult
-from hydrosim.study import many_runs
+from hydrosim.study import run_layout
 from hydrosim.study.run_layout import one_scene_of_each_kind
 
 
@@ -181,7 +181,7 @@ def test_a_kind_of_scene_is_tried_once(monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = [sliding(0.01 * k, points) for points in (1, 2) for k in range(5, 10)]
     assert len(one_scene_of_each_kind(scenes)) == 2
     tried: list[Scene] = []
-    simulate = many_runs.simulate
-    monkeypatch.setattr(many_runs, "simulate", lambda s: (tried.append(s), simulate(s))[1])
+    simulate = run_layout.simulate
+    monkeypatch.setattr(run_layout, "simulate", lambda s: (tried.append(s), simulate(s))[1])
     hs.simulate_many(scenes)
     assert len(tried) == 2

@@ -14,13 +14,12 @@ from scenes import CASES, SEA, in_contact, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
-from hydrosim.results.journal import read_unfinished
-from hydrosim.results.runs_file import LARGE
+from hydrosim.results.runs_file import LARGE, read_unfinished
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.figures import ScalarResult
 from hydrosim.statistics.statistics import statistics
-from hydrosim.study import shared
-from hydrosim.study.run_layout import are_scenes_equal
+from hydrosim.study import scene_cache
+from hydrosim.study.scene_cache import are_scenes_equal
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -87,13 +86,13 @@ def test_databases_and_all_but_the_waves_are_compiled_once(monkeypatch: pytest.M
     calls: list[str] = []
 
     def counted(name: str) -> None:
-        function = getattr(shared, name)
+        function = getattr(scene_cache, name)
 
         def call(*arguments: object) -> object:
             calls.append(name)
             return function(*arguments)
 
-        monkeypatch.setattr(shared, name, call)
+        monkeypatch.setattr(scene_cache, name, call)
 
     counted("open_database")
     counted("compile_calm")
@@ -245,7 +244,7 @@ def test_what_cannot_be_kept_is_refused(tmp_path: Path) -> None:
 def test_a_figure_with_a_name_of_the_runs_is_refused_before_the_first(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hydrosim.study.many_runs.merge_layouts", None)
+    monkeypatch.setattr("hydrosim.study.run_layout.merge_layouts", None)
     with pytest.raises(hs.InputError, match=f"name {name}, .* such as {name}_of_run"):
         hs.simulate_many(seeds(1), figures=[ScalarResult(name, "position.barge.surge", "end")])
 

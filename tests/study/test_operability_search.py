@@ -21,7 +21,7 @@ def of_table(held: np.ndarray) -> tuple[LimitSearch, list[tuple[int, int]]]:
         made.extend(runs)
         return np.array([held[run] for run in runs])
 
-    return LimitSearch(*held.shape[:2], outcomes), made
+    return LimitSearch(*held.shape, outcomes), made
 
 
 def by_all(held: np.ndarray, most: int) -> int:

@@ -43,9 +43,6 @@ def test_rounds_double_until_it_is_enough(tmp_path: Path, wide: str, seeds: int)
     32, +- 13 %."""
     path = tmp_path / "study.yaml"
     path.write_text(TEXT.replace("0.5 m", wide))
-    data = read_study(path)
-    assert data.until is not None
-    assert data.seeds is not None
     output = Output(tmp_path / "runs.nc", "sweep", path)
     firsts = []
 
@@ -53,7 +50,7 @@ def test_rounds_double_until_it_is_enough(tmp_path: Path, wide: str, seeds: int)
         firsts.append(part.first)
         return known(part, file)
 
-    said = run_until(load_study(path), data.seeds, data.until, numbered, output)
+    said = run_until(load_study(path), numbered, output)
     assert firsts == [0, *(n for n in (8, 16, 32, 64, 128) if n < 2 * seeds)]
     assert said.startswith(f"{seeds} seeds: ")
     assert said.endswith(" m, not 0.001 m as asked for" if wide == "1 mm" else " m")
@@ -67,9 +64,7 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
     """Killed as it makes the third round, it goes on with that one, to the same result."""
     path, made = tmp_path / "study.yaml", list[int]()
     path.write_text(TEXT)
-    study, data = load_study(path), read_study(path)
-    assert data.until is not None
-    assert data.seeds is not None
+    study = load_study(path)
 
     def whole(part: ParameterStudy, file: Path) -> xr.Dataset:
         made.append(len(part.scenes))
@@ -85,19 +80,19 @@ def test_rounds_that_are_there_are_taken_up(tmp_path: Path) -> None:
         return whole(part, file)
 
     first, second = (Output(tmp_path / name, "sweep", path) for name in ("a.nc", "b.nc"))
-    said = run_until(study, data.seeds, data.until, whole, first)
+    said = run_until(study, whole, first)
     made.clear()
     with pytest.raises(KeyboardInterrupt):
-        run_until(study, data.seeds, data.until, killed, second)
+        run_until(study, killed, second)
     with pytest.raises(InputError, match=r"b.nc.rounds: holds rounds of a study.*--resume"):
-        run_until(study, data.seeds, data.until, whole, second)
+        run_until(study, whole, second)
     other = tmp_path / "other.yaml"
     other.write_text(TEXT.replace("10 s", "12 s"))
     with pytest.raises(InputError, match="these have changed since the runs in"):
-        run_until(load_study(other), data.seeds, data.until, whole, second, resume=True)
+        run_until(load_study(other), whole, second, resume=True)
     lock = tmp_path / "b.nc.rounds" / f".hydrosim-2-{16 * 'a'}.nc.lock"
     lock.write_text("123@elsewhere\n")  # of a process that was killed
-    assert run_until(study, data.seeds, data.until, whole, second, resume=True) == said
+    assert run_until(study, whole, second, resume=True) == said
     assert made == [8, 8, 16, 32, 64]
     with xr.open_dataset(tmp_path / "a.nc") as one, xr.open_dataset(tmp_path / "b.nc") as two:
         assert one.identical(two.assign_attrs(history=one.history))
@@ -135,9 +130,7 @@ def test_rounds_of_others_stay(tmp_path: Path, name: str, resume: bool) -> None:
     """In a folder of that name, and behind a link of that name."""
     path, archive, rounds = (tmp_path / name for name in ("study.yaml", "archive", "w.nc.rounds"))
     path.write_text(TEXT)
-    study, data = load_study(path), read_study(path)
-    assert data.until is not None
-    assert data.seeds is not None
+    study = load_study(path)
     archive.mkdir()
     if name.endswith("partial"):
         (archive / name).mkdir()
@@ -147,10 +140,10 @@ def test_rounds_of_others_stay(tmp_path: Path, name: str, resume: bool) -> None:
     output = Output(tmp_path / "w.nc", "sweep", path, overwrite=not resume)
     rounds.symlink_to(archive)
     with pytest.raises(InputError, match=r"w\.nc\.rounds: is a link.*Move it away"):
-        run_until(study, data.seeds, data.until, known, output, resume)
+        run_until(study, known, output, resume)
     rounds.unlink()
     archive.rename(rounds)
     before = files(rounds)
     with pytest.raises(InputError, match=rf"{name}: is not a file of this program.*Move it away"):
-        run_until(study, data.seeds, data.until, known, output, resume)
+        run_until(study, known, output, resume)
     assert before == files(rounds) != {}

@@ -20,7 +20,7 @@ from hydrosim.compare.dataset import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.study.executors import Processes, _serve_process
-from hydrosim.study.shared import RunTask, SceneCache
+from hydrosim.study.scene_cache import RunTask, SceneCache
 
 FATAL, REFUSED = 3, 5  # seeds
 
@@ -65,7 +65,7 @@ def test_nobody_can_reach_the_processes_of_a_sweep(sweep: Command) -> None:
 def pool() -> Iterator[Processes]:
     processes = Processes(2)
     yield processes
-    processes.close()
+    processes.shutdown()
 
 
 def fatal_digest(run: xr.Dataset) -> xr.Dataset:
@@ -87,18 +87,18 @@ def test_a_process_whose_parent_has_gone_ends_without_a_word(error: type[Excepti
 
 @pytest.mark.slow
 def test_a_run_that_kills_its_processes_has_failed_and_no_other(pool: Processes) -> None:
-    """After `stop`, runs end."""
-    shared = SceneCache()
+    """Runs end where they are cancelled."""
+    cache = SceneCache()
     scenes = [in_waves(in_contact(20.0), WaveTrain(SEA, seed=k)) for k in range(7)]
-    works = [shared.compile_task(scene) for scene in scenes]
-    assert all(isinstance(work, RunTask) for work in works)
-    found = [pool.submit(work, fatal_digest) for work in works]
+    tasks = [task for scene in scenes if isinstance(task := cache.compile_task(scene), RunTask)]
+    assert len(tasks) == 7
+    found = [pool.submit(task, fatal_digest) for task in tasks]
     ends = [future.exception() or future.result().status for future in found]
     assert ends[FATAL] == "failed"
     assert "its process ended without an answer, 2 times" in found[FATAL].result().message
     assert isinstance(ends[REFUSED], InputError)
     assert [ends[k] for k in range(7) if k not in (FATAL, REFUSED)] == ["complete"] * 5
-    failed = pool.submit(InputError("no such database"), fatal_digest).result()
-    assert (failed.status, failed.message) == ("failed", "no such database")
-    pool.stop()
-    assert pool.submit(works[0], fatal_digest).result().status == "not run"
+    last = [pool.submit(tasks[0], fatal_digest) for _ in range(50)]
+    pool.shutdown(cancel_futures=True)
+    assert all(future.done() for future in last)
+    assert last[-1].result().status == "not run"

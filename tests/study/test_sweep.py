@@ -16,7 +16,7 @@ from hydrosim.compare.dataset import differences
 from hydrosim.files.display_units import Units
 from hydrosim.files.interrupts import ENDING_SIGNALS
 from hydrosim.statistics.effects import PlanRuns
-from hydrosim.study import many_runs
+from hydrosim.study import executors
 from hydrosim.study.sweep import load_study
 
 HEIGHT, STATIC = "environment.waves.significant_height", "forces.interface.friction.static"
@@ -237,7 +237,7 @@ def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
     before = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
     signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
     with monkeypatch.context() as patch:
-        patch.setattr(many_runs, "_collect_garbage", lambda: signal.raise_signal(signal.SIGINT))
+        patch.setattr(executors, "_collect_garbage", lambda: signal.raise_signal(signal.SIGINT))
         ended = sweep(path, "-o", tmp_path / "runs.nc")
     for number, handler in before.items():
         signal.signal(number, handler)

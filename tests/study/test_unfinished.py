@@ -15,13 +15,20 @@ from scenes import SEA, in_contact, in_waves, with_body
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
+from hydrosim.database.database import HydroDatabase
 from hydrosim.errors import WritingError
 from hydrosim.files.outputs import Output
-from hydrosim.results import journal
-from hydrosim.results.runs_file import RunsWriter
-from hydrosim.scene import Scene, WaveTrain
-from hydrosim.study import executors, shared
-from hydrosim.study.shared import folder_of, locked_folder, open_journal
+from hydrosim.results import runs_file
+from hydrosim.results.runs_file import (
+    COMPLETE,
+    Journal,
+    RunOutcome,
+    RunsWriter,
+    folder_of,
+    locked_journal,
+)
+from hydrosim.scene import AtDraught, Family, Scene, WaveTrain
+from hydrosim.study import executors, scene_cache
 
 
 def seeds(count: int, duration: float = 20.0) -> list[Scene]:
@@ -94,9 +101,29 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
             hs.simulate_many(changed, path, resume=True, **options)
 
 
+def test_a_set_of_a_hull_at_draughts_knows_their_databases() -> None:
+    """Another database at one draught is another set; where a file is from is not."""
+    (scene,) = seeds(1)
+    (body,) = scene.bodies
+    database = body.hydrodynamics
+    more = replace(database, added_mass=1.01 * database.added_mass)
+
+    def identity_with(*databases: HydroDatabase) -> dict[str, str]:
+        members = [AtDraught(7.0 + k, source) for k, source in enumerate(databases)]
+        family = with_body(scene, hydrodynamics=Family(tuple(members)))
+        return scene_cache.identity([replace(family, title="x")], lambda s: s, {}, {})
+
+    known = identity_with(database, database)
+    assert identity_with(database, database) == known
+    changed = identity_with(database, more)
+    assert {name for name in known if known[name] != changed[name]} == {
+        "a database, or the run to start from"
+    }
+
+
 def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever it raises, where it runs and where it is made."""
-    once, prepared = executors.run_compiled, shared.check_scene
+    once, prepared = executors.run_compiled, scene_cache.check_scene
 
     def run(compiled: object, watch: object, **of: object) -> xr.Dataset:
         if compiled.scene.environment.waves[0].seed == 1:
@@ -109,7 +136,7 @@ def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.Mon
         prepared(scene)
 
     monkeypatch.setattr(executors, "run_compiled", run)
-    monkeypatch.setattr(shared, "check_scene", check)
+    monkeypatch.setattr(scene_cache, "check_scene", check)
     runs = hs.simulate_many(seeds(4), tmp_path / "runs.nc")
     assert runs.status.values.tolist() == ["complete", "failed", "failed", "complete"]
     messages = runs.status_message.values.tolist()
@@ -122,10 +149,10 @@ def test_a_set_that_cannot_be_written_goes_on_elsewhere(
 ) -> None:
     scenes, path, once = seeds(4), tmp_path / "runs.nc", RunsWriter.add
 
-    def full(self: RunsWriter, run: int, *rest: object) -> None:
+    def full(self: RunsWriter, run: int, outcome: RunOutcome) -> RunOutcome:
         if run == 2:
             raise RuntimeError("NetCDF: HDF error")
-        once(self, run, *rest)
+        return once(self, run, outcome)
 
     with monkeypatch.context() as patch:
         patch.setattr(RunsWriter, "add", full)
@@ -144,14 +171,15 @@ def test_what_is_kept_of_a_run_is_what_it_was(tmp_path: Path) -> None:
     found.a.attrs["flag_values"] = np.arange(3, dtype=np.int8)
     attributes = {"f": np.float64(0.1), "g": 0.1, "i": np.int64(3), "t": "x", "l": [1.5, 2.5]}
     attributes["array"] = np.array([[1, 2]], dtype=np.int16)
-    book = journal.Journal(tmp_path, {"the program": "x"})
-    book.add(5, journal.StoredRun(found, attributes, "careful"))
-    book.add(6, journal.StoredRun(found.isel(x=[0]), {}, ""))  # of another form: it is run again
+    book = Journal(tmp_path, {"the program": "x"})
+    book.add(5, RunOutcome(COMPLETE, "", "careful", found, attributes))
+    book.add(6, RunOutcome(COMPLETE, dataset=found.isel(x=[0])))  # of another form: run again
     book.close()
-    again = journal.Journal(tmp_path, {"the program": "x"})
+    again = Journal(tmp_path, {"the program": "x"})
     assert (5 in again, 6 in again, len(again)) == (True, False, 1)
     kept = again.read(5)
-    assert differences(found, kept.found) == []
+    assert kept.dataset is not None
+    assert differences(found, kept.dataset) == []
     assert kept.warnings == "careful"
     assert {k: type(v) for k, v in kept.attributes.items()} == {
         k: type(v) for k, v in attributes.items()
@@ -165,7 +193,7 @@ def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
     read, write = os.pipe()
     path, pid = tmp_path / "runs.nc", os.fork()
     if pid == 0:
-        with locked_folder(Output(path, "sweep", tmp_path / "x.yaml")):
+        with locked_journal(Output(path, "sweep", tmp_path / "x.yaml"), False, IDENTITY):
             os.write(write, b"!")
             signal.pause()
     os.read(read, 1)
@@ -181,28 +209,24 @@ def test_two_processes_do_not_write_one_set(tmp_path: Path) -> None:
 
 def kept_in(result: Output) -> None:
     """Three runs of a set that did not come to its end, one of which has failed."""
-    with locked_folder(result):
-        book = open_journal(result, False, IDENTITY)
+    with locked_journal(result, False, IDENTITY) as book:
         for k in (1, 2):
             found = xr.Dataset({"a": ("x", [k + 0.5, 2.0])}, {"x": [3.0, 4.0]})
-            book.add(k, journal.StoredRun(found, {"k": k, "g": np.float64(k)}, ""))
-        book.note(3, "failed", "it turned over")
-        book.close()
+            attributes = {"k": k, "g": np.float64(k)}
+            book.add(k, RunOutcome(COMPLETE, dataset=found, attributes=attributes))
+        book.add(3, RunOutcome("failed", "it turned over"))
 
 
-def read_again(result: Output) -> dict[int, journal.StoredRun]:
+def read_again(result: Output) -> dict[int, RunOutcome]:
     """The runs that a set which goes on takes over."""
-    with locked_folder(result):
-        book = open_journal(result, True, IDENTITY)
-        found = {run: book.read(run) for run in range(100) if run in book}
-        book.close()
-    return found
+    with locked_journal(result, True, IDENTITY) as book:
+        return {run: book.read(run) for run in range(100) if run in book}
 
 
 IDENTITY = {"the program": "one", "the cases": "two"}
 
 
-@pytest.mark.parametrize("name", [journal.RUNS, journal.FIRST_RUN_FILE])
+@pytest.mark.parametrize("name", [runs_file.RUNS, runs_file.FIRST_RUN_FILE])
 def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: str) -> None:
     """A run is what it was, or is made again, or the file is named with what to do."""
     result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
@@ -211,13 +235,14 @@ def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: 
     before, told, lost = read_again(result), 0, 0
     assert [*before] == [1, 2]
     content = whole[name]
-    step = 3 if name == journal.RUNS else 97
+    step = 3 if name == runs_file.RUNS else 97
     for at in range(0, len(content), step):
+        folder_of(result).mkdir(exist_ok=True)  # it goes where no run is left
         for file, data in whole.items():
             (folder_of(result) / file).write_bytes(data)
         flipped = content[at] ^ (1 << at % 8)
         (folder_of(result) / name).write_bytes(content[:at] + bytes([flipped]) + content[at + 1 :])
-        again = dict[int, journal.StoredRun]()
+        again = dict[int, RunOutcome]()
         said = message(lambda _: again.update(read_again(result)), tmp_path)  # noqa: B023
         if said is not None:
             assert re.search(rf"{name}: is .*(--overwrite|Move it away)", said), at
@@ -225,10 +250,11 @@ def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: 
             continue
         lost += len(before) - len(again)
         for run, kept in again.items():
-            assert kept.found.identical(before[run].found), at
+            assert kept.dataset is not None
+            assert kept.dataset.identical(before[run].dataset), at
             assert kept.attributes == before[run].attributes, at
             assert kept.warnings == before[run].warnings, at
-    if name == journal.FIRST_RUN_FILE:
+    if name == runs_file.FIRST_RUN_FILE:
         assert (lost, told) == (0, len(range(0, len(content), step)))
     else:
         assert told == len(range(0, content.index(b"\n") + 1, step))
@@ -238,7 +264,7 @@ def test_no_byte_of_a_journal_changes_a_number_in_silence(tmp_path: Path, name: 
 def test_a_number_of_a_run_that_was_changed_is_not_believed(tmp_path: Path) -> None:
     result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
     kept_in(result)
-    runs = folder_of(result) / journal.RUNS
+    runs = folder_of(result) / runs_file.RUNS
     assert runs.read_bytes().count(b'"run": 2') == 1
     runs.write_bytes(runs.read_bytes().replace(b'"run": 2', b'"run": 22'))
     assert [*read_again(result)] == [1]
@@ -248,11 +274,11 @@ def test_a_journal_of_an_earlier_version_is_refused_in_words(tmp_path: Path) -> 
     result = Output(tmp_path / "runs.nc", "sweep", tmp_path / "x.yaml")
     folder_of(result).mkdir()
     line = b'{"the program": "one", "the cases": "two"}\n'
-    (folder_of(result) / journal.RUNS).write_bytes(line)
+    (folder_of(result) / runs_file.RUNS).write_bytes(line)
     with pytest.raises(hs.InputError, match=r"--resume: .*earlier version.*--overwrite"):
         read_again(result)
-    with locked_folder(result):
-        open_journal(replace(result, overwrite=True), False, IDENTITY).close()
+    with locked_journal(replace(result, overwrite=True), False, IDENTITY):
+        pass
     assert read_again(result) == {}
 
 

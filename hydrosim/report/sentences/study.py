@@ -15,9 +15,8 @@ from hydrosim.files.document import Document
 from hydrosim.files.document_layout import text_of
 from hydrosim.report.sentences import run as run_sentences
 from hydrosim.report.sentences import sections, series
-from hydrosim.results.journal import GATHERED
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, RELATIVE, reported_beyond
-from hydrosim.results.runs_file import COMPLETE, DIFFERING_ATTRIBUTE, with_keys
+from hydrosim.results.runs_file import COMPLETE, DIFFERING_ATTRIBUTE, GATHERED, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns

@@ -1,4 +1,4 @@
-"""Tasks of a set of runs, data that they share, and the journal of an unfinished set.
+"""Tasks of a set of runs, the data that they share, and what must be the same for a set to go on.
 
 Databases are read once, and a scene that differs from the one before it in its waves alone takes
 over its compiled model."""
@@ -6,13 +6,10 @@ over its compiled model."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import fields, replace
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import netCDF4
 import numpy as np
 
 from hydrosim.compile.compile import compile_calm, without_symmetric_motions
@@ -23,22 +20,11 @@ from hydrosim.compile.restart import memory_before, opened_start
 from hydrosim.compile.symmetry import wave_asymmetries
 from hydrosim.compile.validate_scene import check_scene
 from hydrosim.database.database import HydroDatabase, all_headings
-from hydrosim.errors import HydrosimError, InputError, unwritable
-from hydrosim.files.outputs import Output, check_folder
+from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.yaml_nodes import source_context
-from hydrosim.results.journal import (
-    Journal,
-    identity_of,
-    is_earlier,
-    is_empty,
-    is_part,
-    remove_journal,
-)
-from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.run.checkpoint import IGNORED_FIELDS, digest, program_identity
 from hydrosim.run.step_limits import add_step_warnings
 from hydrosim.scene import Body, Coefficients, Family, Question, Scene, Start
-from hydrosim.study.run_layout import are_scenes_equal
 from hydrosim.water.components import WaveComponents, sea
 from hydrosim.water.database_limits import shares_outside
 
@@ -46,35 +32,31 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
 
-# `RunTask`: data to make one run of many, here or in another process.
+
+def are_scenes_equal(first: object, second: object) -> bool:
+    """Whether two scenes, or parts of them, have the same data. What is no data, such as a
+    function, is the same only if it is one object."""
+    if first is second:
+        return True
+    if is_dataclass(first) and type(first) is type(second):
+        compared = (field.name for field in fields(first) if field.compare)
+        return all(are_scenes_equal(getattr(first, n), getattr(second, n)) for n in compared)
+    return digest(first) == digest(second)
+
+
+def without_waves(scene: Scene) -> Scene:
+    """The scene without what its model and its names do not depend on."""
+    return replace(scene, title="", source={}, environment=scene.environment.without_waves())
 
 
 class RunTask(NamedTuple):
-    """A scene, the sea drawn of its waves, and all else compiled; whether its run ``estimates`` its
-    error."""
+    """A run to make, here or in another process: its scene without bodies and start, which the
+    compiled scene ``calm`` has; whether it ``estimates`` its error. What is compiled is sent
+    apart."""
 
     scene: Scene
-    sea: tuple[WaveComponents, ...]
-    calm: Compiled
+    calm: Compiled | None
     estimates: bool = False
-
-
-class PackedTask(NamedTuple):
-    """What another process must be sent of a work, beside its compiled model."""
-
-    scene: Scene
-    estimates: bool
-
-
-def pack_task(work: RunTask) -> PackedTask:
-    """The work without its sea and its compiled model."""
-    return PackedTask(replace(work.scene, bodies=(), initial=None), work.estimates)
-
-
-def unpack_task(packed: PackedTask, calm: Compiled) -> RunTask:
-    """A work that was packed. Its sea is drawn again from its seeds."""
-    scene = replace(packed.scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
-    return RunTask(scene, sea(scene.environment), calm, packed.estimates)
 
 
 class SceneCache:
@@ -90,10 +72,9 @@ class SceneCache:
         self._known: dict[bytes, list[str]] = {}
 
     def compile_task(self, scene: Scene, estimates: bool = False) -> RunTask | Exception:
-        """A scene in calm water and its sea, or why there is none. Its run ``estimates`` its error,
-        or does not."""
-        calm = replace(scene, title="", source={})
-        calm = replace(calm, environment=scene.environment.without_waves())
+        """The task of a scene, or why there is none. Its run ``estimates`` its error, or does
+        not."""
+        calm = without_waves(scene)
         if self._calm is None or not are_scenes_equal(calm, self._calm):
             self._calm = calm
             self._wet = ()
@@ -107,15 +88,9 @@ class SceneCache:
                 compiled = self._compile_without_waves(scene, drawn)
         except Exception as error:
             return error
-        # what is read from files is read: netCDF knows no threads
-        compiled_scene = compiled.scene
-        scene = replace(
-            scene,
-            bodies=compiled_scene.bodies,
-            initial=compiled_scene.initial,
-            solver=compiled_scene.solver,
-        )
-        return RunTask(scene, drawn, compiled, estimates)
+        # what is read from files is in the compiled scene: netCDF knows no threads
+        scene = replace(scene, bodies=(), initial=None, solver=compiled.scene.solver)
+        return RunTask(scene, compiled, estimates)
 
     def _compile_without_waves(self, scene: Scene, drawn: Sequence[WaveComponents]) -> Compiled:
         """A scene in calm water, in the plane of symmetry that its sea leaves. What is wrong with
@@ -123,20 +98,17 @@ class SceneCache:
         self._wet = self._wet or tuple(scene_groups(scene, drawn, memory_before(scene)))
         asymmetries = self._find_asymmetries(scene, drawn)
         if self._made is None or self._made[0] != asymmetries:
-            self._made = asymmetries, self._try_compiling(scene, drawn)
+            compiled: Compiled | Exception
+            try:
+                calm = without_symmetric_motions(compile_calm(scene, self._wet), drawn)
+                compiled = add_step_warnings(calm)
+            except Exception as error:
+                compiled = error
+            self._made = asymmetries, compiled
         compiled = self._made[1]
         if isinstance(compiled, Exception):
             raise compiled
         return compiled
-
-    def _try_compiling(self, scene: Scene, drawn: Sequence[WaveComponents]) -> Compiled | Exception:
-        """A scene in calm water, or why there is none."""
-        try:
-            return add_step_warnings(
-                without_symmetric_motions(compile_calm(scene, self._wet), drawn)
-            )
-        except Exception as error:
-            return error
 
     def _find_asymmetries(self, scene: Scene, drawn: Sequence[WaveComponents]) -> list[str]:
         """`wave_asymmetries`, which scenes with waves to the same headings have in common."""
@@ -234,66 +206,7 @@ def _outside_ranges(scene: Scene, shared: SceneCache) -> list[tuple[str, float]]
     return texts
 
 
-# Unfinished sets of runs: complete runs are in the folder `RUNS.nc.partial`.
-
-
-def folder_of(result: Output) -> Path:
-    """Where a set is kept until it is done."""
-    return Path(f"{result.path}.partial")
-
-
-@contextmanager
-def locked_folder(result: Output) -> Iterator[Path]:
-    """The folder of a set, of this process alone. Raises InputError where another one writes the
-    same."""
-    folder = folder_of(result)
-    with result.hold_lock():
-        check_folder(folder, is_part)
-        yield folder
-
-
-@contextmanager
-def locked_journal(result: Output, resume: bool, identity: Mapping[str, str]) -> Iterator[Journal]:
-    """The journal of the set with this ``identity``, of this process alone. Nothing
-    stays of a set without a run. Raises WritingError where it cannot be written."""
-    with locked_folder(result):
-        try:
-            journal = open_journal(result, resume, identity)
-            try:
-                yield journal
-            finally:
-                journal.close()
-                if not len(journal):
-                    journal.remove()
-        except (OSError, RuntimeError) as error:  # netCDF raises RuntimeError
-            raise unwritable(result.path, error) from None
-
-
-def open_journal(result: Output, resume: bool, identity: Mapping[str, str]) -> Journal:
-    """The journal of the set with this ``identity``: with what is there if it is to ``resume``,
-    else a new one. Raises InputError where runs would be lost, or are of another set."""
-    folder = folder_of(result)
-    stored = identity_of(folder)
-    if not (is_empty(folder) or resume or result.overwrite):
-        raise InputError(
-            f"{folder}: holds runs of a set that did not come to its end; --resume goes on from"
-            " them (resume=True in Python), --overwrite begins anew."
-        )
-    if not resume:
-        remove_journal(folder)
-    elif is_earlier(folder):
-        raise InputError(
-            f"--resume: the runs in {folder} were kept by an earlier version of the program, in"
-            " another form. Go on with that program, or begin anew with --overwrite."
-        )
-    elif stored and (changed := [name for name in identity if stored.get(name) != identity[name]]):
-        raise InputError(
-            f"--resume: these have changed since the runs in {folder} were made:"
-            f" {'; '.join(changed)}. Restore them to go on, or begin anew with --overwrite, which"
-            " replaces the finished runs."
-        )
-    folder.mkdir(exist_ok=True)
-    return Journal(folder, identity)
+# What must be the same for a set to go on.
 
 
 def identity(
@@ -337,12 +250,3 @@ def _body_data(scene: Scene, opened: Callable[[Scene], Scene], read: dict[int, A
     read.update({id(file): file for file in files})
     bodies = tuple(replace(body, hydrodynamics=None) for body in opened_scene.bodies)
     return bodies, [list(read).index(id(file)) for file in files]
-
-
-def is_complete(path: Path) -> bool:
-    """Whether all runs in the file of a set came to an end."""
-    try:
-        with netCDF4.Dataset(path) as runs:  # xarray reads all texts when it opens a file
-            return not {NOT_RUN, "interrupted"} & {*runs["status"][:].tolist()}
-    except (OSError, ValueError, RuntimeError, IndexError):
-        return False
