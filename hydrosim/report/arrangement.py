@@ -14,11 +14,9 @@ from hydrosim.dofs import about_z
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Drawing, Node
-from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
+from hydrosim.report.scenery import catenaries_at_rest, keel_of, lines_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
-from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
-from hydrosim.scene.winch import Winch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,9 +34,6 @@ CONTACT_LABEL_SHIFT, LINE_LABEL_SHIFT = np.array([6.0, -6.0]), np.array([6.0, 14
 PLAN, SIDE = (0, 1), (0, 2)
 SCALE_BAR_STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
-
-STRAIGHT_LINES = (Spring, Strut, Winch, Compensator, CoordinateElement)
-"""Classes of lines from a point to an anchor."""
 
 
 class DrawnBody(NamedTuple):
@@ -102,16 +97,13 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
         for name, element in scene.forces.items()
         if isinstance(element, Contact)
     }
+    catenaries = catenaries_at_rest(scene)
     lines = [
-        DrawnLine(
-            name,
-            to_earth(element.body, element.point),
-            to_earth(element.anchor_body, element.anchor),
-        )
-        for name, element in scene.forces.items()
-        if isinstance(element, STRAIGHT_LINES) and element.point and element.anchor
+        DrawnLine(name, to_earth(line.body, line.point), to_earth(line.anchor_body, line.anchor))
+        for name, line in lines_of(scene).items()
+        if name not in catenaries
     ]
-    lines += [DrawnLine(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
+    lines += [DrawnLine(name, points[0], points[-1], points) for name, points in catenaries.items()]
     joints = {
         name: to_earth(joint.body, np.array([joint.point])) for name, joint in scene.joints.items()
     }

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -17,11 +16,9 @@ from hydrosim.report import scenery
 from hydrosim.report.page import base64_of_floats
 from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
-from hydrosim.results.channels import COORDINATE_LINKS
+from hydrosim.results.channels import load_variables
 from hydrosim.scene import Cylindrical, Hinge, Rod, Scene, Slider, Universal
 from hydrosim.scene.contacts import Contact, Fender, Landing
-from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
-from hydrosim.scene.winch import Winch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,16 +34,6 @@ ENLARGED_NOTE = (
 )
 JOINT_HALF_LENGTH = 0.55  # of the size of its body
 JOINT_HALF_WIDTH = 0.012  # of the size of the scene: half its side
-LINE_ELEMENTS = (Spring, Strut, Catenary, Winch, Compensator, CoordinateElement)
-LOAD_VARIABLES = {
-    Spring: ("spring_tension", "spring"),
-    Catenary: ("line_tension", "line"),
-    Winch: ("winch_tension", "winch"),
-    Compensator: ("compensator_tension", "compensator"),
-    Strut: ("strut_force", "strut"),
-}
-SCALAR_KINDS = ("spring", "strut", "winch", "compensator", "tank", *COORDINATE_LINKS)
-"""Kinds with one value a record."""
 PLANE_HALF_SIDE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 
@@ -119,9 +106,9 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
 
 def _records_per_moment(run: xr.Dataset) -> int:
     """Number of records from one moment to the next."""
-    single = sum(run.sizes.get(dim, 0) for dim in SCALAR_KINDS)
-    single += (1 + 2 * POINTS_OF_LINE) * run.sizes.get("line", 0)
-    numbers_per_record = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
+    single = len(load_variables(run)) + run.sizes.get("fender", 0) + run.sizes.get("tank", 0)
+    numbers_per_record = 6 * run.sizes["body"] + single
+    numbers_per_record += 2 * POINTS_OF_LINE * run.sizes.get("line", 0)
     return -(-run.time.size * 4 * numbers_per_record // MAX_REPLAY_BYTES)
 
 
@@ -243,7 +230,8 @@ def _line_frames(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     drawn = dict(_ends_of_lines(scene)) if scene else {}
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
-    loads = [_load_frames(frames, scene, name) for name in drawn]
+    variables = load_variables(frames)
+    loads = [_load_frames(frames, name, *variables.get(name, ("", ""))) for name in drawn]
     shapes = {
         name: base64_of_floats(shape.ravel()) for name, _, shape in scenery.shapes_in(frames, scene)
     }
@@ -265,21 +253,16 @@ def _line_frames(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
 
 def _ends_of_lines(scene: Scene) -> Iterator[tuple[str, tuple[str | None, Any, str | None, Any]]]:
     """Name of each line and rod; its body with the point on it, and the same of its other end."""
-    for name, element in scene.forces.items():
-        if isinstance(element, LINE_ELEMENTS) and element.point is not None:
-            ends = element.body, element.point, element.anchor_body, element.anchor
-            yield name, ends
+    for name, line in scenery.lines_of(scene).items():
+        yield name, (line.body, line.point, line.anchor_body, line.anchor)
     for name, joint in scene.joints.items():
         if isinstance(joint, Rod):
             yield name, (joint.body, joint.point, joint.to, joint.to_point)
 
 
-def _load_frames(frames: xr.Dataset, scene: Scene, name: str) -> np.ndarray:
-    """Force (nt,) in a line or rod."""
-    if name in scene.joints:
-        force = frames.joint_force.sel(joint=name).transpose("time", "dof").values
-        return np.asarray(np.linalg.norm(force[:, :3], axis=1))
-    element = scene.forces[name]
-    link = (f"{element.type}_load", element.type)
-    load, dim = link if isinstance(element, CoordinateElement) else LOAD_VARIABLES[type(element)]
-    return np.asarray(frames[load].sel({dim: name}).values)
+def _load_frames(frames: xr.Dataset, name: str, variable: str, dim: str) -> np.ndarray:
+    """Force (nt,) in a line or rod: its load, or the force of a joint."""
+    if variable:
+        return np.asarray(frames[variable].sel({dim: name}).values)
+    force = frames.joint_force.sel(joint=name).transpose("time", "dof").values
+    return np.asarray(np.linalg.norm(force[:, :3], axis=1))

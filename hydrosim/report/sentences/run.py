@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite, isinf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.joint.locks import CLOSED as CLOSED_JOINT
 from hydrosim.elements.joint.locks import WAITING
+from hydrosim.elements.kind import SummaryColumn, Topic
 from hydrosim.elements.trigger import BEFORE
 from hydrosim.files.display_units import DEFAULT, Units, unit_of_dof, units_of
 from hydrosim.files.document import Document
@@ -29,10 +30,10 @@ from hydrosim.files.document_nodes import (
 )
 from hydrosim.files.series import unit_of, units_along
 from hydrosim.report.sentences.sections import attribute_text, lines_of, title_of
-from hydrosim.results import ledger
-from hydrosim.results.channels import COORDINATE_LINKS, largest_loads
+from hydrosim.results import ledger, phases
+from hydrosim.results.channels import largest_loads
 from hydrosim.results.dataset import is_part
-from hydrosim.results.phases import FIGURES, STAGE_TIME
+from hydrosim.results.variables import BY_RANK, LABELS, UNIT_LABELS
 from hydrosim.statistics.figures import Criterion, criteria_of
 
 if TYPE_CHECKING:
@@ -46,9 +47,9 @@ if TYPE_CHECKING:
 def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
     """Times of the stages and figures of the contacts, a column for each group. Groups without a
     stage are left out, and a run without groups has no table."""
-    if STAGE_TIME not in run:
+    if phases.STAGE_TIME not in run:
         return
-    times = run[STAGE_TIME].transpose("contact_group", "stage").values
+    times = run[phases.STAGE_TIME].transpose("contact_group", "stage").values
     groups = run.isel(contact_group=np.flatnonzero(np.isfinite(times).any(axis=1)))
     if groups.sizes["contact_group"]:
         head = ("stage or figure", *map(str, groups.contact_group.values))
@@ -58,13 +59,13 @@ def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
 def _stage_time_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
     """The time of each stage that a group has come to."""
     for stage in groups.stage.values:
-        times = groups[STAGE_TIME].sel(stage=stage).values
+        times = groups[phases.STAGE_TIME].sel(stage=stage).values
         if np.isfinite(times).any():
             yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
 
 
 def _stage_figure_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
-    for name, (what, unit) in FIGURES.items():
+    for name, (what, unit) in phases.FIGURES.items():
         yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
 
 
@@ -179,9 +180,7 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
     head = ("motion", "mean", "std", "smallest", "largest", "at the end")
     measured = "position_error" in run and not is_part(run)
     yield Table((*head, "error") if measured else head, list(_motion_rows(run, measured)))
-    yield from _result_table(run, "joint_motion")
-    if "joint" in run.dims:
-        yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
+    yield from _unit_tables(run, Topic.JOINTS, Topic.DRIVES)
     if "drive" in run.dims and run.time.size:
         driven = ("drive", "largest force", "work done")
         yield Table(driven, list(_drive_rows(run)), "Prescribed motion")
@@ -194,18 +193,18 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
         yield Table(head, list(_contact_rows(run)), title)
         if not is_part(run):
             yield from stage_nodes(run)
-    for dim in ("spring", "line", "winch", "compensator", "strut", "torsion_spring"):
-        yield from _result_table(run, dim)
-    for dim in COORDINATE_LINKS:
-        yield from _result_table(run, dim)
+    yield from _unit_tables(run, Topic.TENSIONS, Topic.JOINTS)
+    yield from _unit_tables(run, Topic.LINKS, Topic.CAPACITIES)
+    yield from _unit_tables(run, Topic.COORDINATES, Topic.LINKS)
     if "pto" in run.dims:
         powers = ("power take-off", "mean power", "largest", "absorbed")
         yield Table(powers, list(_pto_rows(run)))
     if rows := list(_capacity_rows(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
         yield Table(shares, rows, "Loads beside capacities, at output times")
-    yield from _describe_externals(run)
-    yield from _result_table(run, "gap")
+    if acted := lines_of(run, "external_forces"):
+        yield List(acted, "External forces, by functions of Python", detail=True)
+    yield from _unit_tables(run, Topic.CAPACITIES, Topic.DETAILS)
 
 
 def solver_tables(run: xr.Dataset) -> Iterator[Node]:
@@ -322,117 +321,52 @@ def _capacity_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [load.unit, largest, Value(load.time, "s"), Value(load.capacity, "N"), used]
 
 
-class ResultColumn(NamedTuple):
-    """A column of a table: its heading, and the ``figure`` of a variable over time (nt,) that it
-    has, in an SI unit; default: that of the variable."""
-
-    heading: str
-    variable: str
-    figure: Callable[[np.ndarray], float]
-    unit: str = ""
-    digits: int = 4
+def _largest_norm(vectors: np.ndarray) -> float:
+    return float(np.linalg.norm(vectors, axis=1).max())
 
 
-def _start_value(values: np.ndarray) -> float:
-    return float(values[0])
-
-
-def _end_value(values: np.ndarray) -> float:
-    return float(values[-1])
-
-
-def _zero_share(values: np.ndarray) -> float:
-    return float(np.mean(values == 0))
-
-
-FIGURES_OF_RANGE: dict[str, Callable[[np.ndarray], float]] = {
-    "mean": np.mean,
-    "std": np.std,
-    "smallest": np.min,
-    "largest": np.max,
-    "at the end": _end_value,
+FIGURES: dict[str, tuple[Callable[[np.ndarray], float], str, int]] = {
+    "at the start": (lambda x: x[0], "", 4),
+    "mean": (np.mean, "", 4),
+    "std": (np.std, "", 4),
+    "smallest": (np.min, "", 4),
+    "largest": (np.max, "", 4),
+    "at the end": (lambda x: x[-1], "", 4),
+    "share of zeros": (lambda x: np.mean(x == 0), "share", 2),
+    "count": (lambda x: x[-1], "1", 9),
+    "largest force": (lambda load: _largest_norm(load[:, :3]), "N", 4),
+    "largest moment": (lambda load: _largest_norm(load[:, 3:]), "N m", 4),
 }
+"""Figures of a variable over time (nt, ...), each with its SI unit, by default that of the
+variable, and its digits."""
 
 
-def _range_columns(variable: str, *headings: str, quantity: str = "") -> list[ResultColumn]:
-    """Columns of `FIGURES_OF_RANGE`, the first with the ``quantity``."""
-    texts = [f"{headings[0]} {quantity}".strip(), *headings[1:]]
-    figures = [FIGURES_OF_RANGE[heading] for heading in headings]
-    return [ResultColumn(t, variable, x) for t, x in zip(texts, figures, strict=True)]
-
-
-def _tension_columns(dim: str) -> list[ResultColumn]:
-    tension = f"{dim}_tension"
-    start = ResultColumn("tension at the start", tension, _start_value, "N")
-    columns = [start, *_range_columns(tension, "mean", "largest")]
-    return [column._replace(unit="N") for column in columns]
-
-
-LINK_RANGE = ("mean", "smallest", "largest")
-RESULT_TABLES: dict[str, tuple[str, list[ResultColumn]]] = {
-    "joint_motion": ("joint", _range_columns("joint_position", *FIGURES_OF_RANGE)),
-    "spring": (
-        "line",
-        [
-            *_tension_columns("spring"),
-            ResultColumn("slack", "spring_mode", _zero_share, "share", 2),
-        ],
-    ),
-    "line": (
-        "catenary",
-        [
-            *_tension_columns("line"),
-            ResultColumn("smallest on the seabed", "line_grounded", np.min, "m"),
-        ],
-    ),
-    "winch": (
-        "winch",
-        [
-            *_tension_columns("winch")[:2],
-            ResultColumn("largest", "winch_largest_tension", _end_value, "N"),
-            ResultColumn("slack", "winch_tension", _zero_share, "share", 2),
-            ResultColumn("shortest", "winch_length", np.min, "m"),
-            ResultColumn("longest", "winch_length", np.max, "m"),
-        ],
-    ),
-    "compensator": (
-        "compensator",
-        [
-            *_tension_columns("compensator"),
-            ResultColumn("smallest", "compensator_tension", np.min, "N"),
-        ],
-    ),
-    "strut": ("strut", _range_columns("strut_force", *LINK_RANGE, quantity="force")),
-    "torsion_spring": (
-        "torsion spring",
-        _range_columns("torsion_moment", *LINK_RANGE, quantity="moment"),
-    ),
-    **{
-        dim: (dim.replace("_", " "), _range_columns(f"{dim}_load", *LINK_RANGE, quantity="load"))
-        for dim in COORDINATE_LINKS
-    },
-    "gap": ("clearance", _range_columns("clearance", "smallest", "at the end")),
-}
-"""Tables of a row for each unit of a dimension: what the units are, and the columns."""
-
-
-def _result_table(run: xr.Dataset, dim: str) -> Iterator[Table]:
-    """The table of a dimension, if the run has it. A part of a run has no start."""
-    if dim in run.dims:
-        name, columns = RESULT_TABLES[dim]
+def _unit_tables(run: xr.Dataset, first: int, end: int) -> Iterator[Table]:
+    """A table for each dimension of units, of the summaries of its variables. These are about
+    topics from the ``first`` up to, and without, the ``end``."""
+    ranks: dict[str, int] = {}
+    columns: dict[str, list[tuple[str, SummaryColumn]]] = {}
+    for name, variable in BY_RANK.items():
+        if variable.summary and name in run and run.sizes["time"]:
+            dim = next(str(dim) for dim in run[name].dims if dim != "time")
+            ranks.setdefault(dim, variable.chart.rank)
+            columns.setdefault(dim, []).extend((c.variable or name, c) for c in variable.summary)
+    for dim in (dim for dim, rank in ranks.items() if first <= rank < end):
         rows: list[list[Cell]] = [
-            [label, *(_result_cell(run, column, dim, label) for column in columns)]
-            for label in map(str, run[dim].values)
+            [unit, *(_figure_cell(run, name, column, dim, unit) for name, column in columns[dim])]
+            for unit in map(str, run[dim].values)
         ]
-        yield Table((name, *(column.heading for column in columns)), rows)
+        label = UNIT_LABELS.get(dim) or LABELS.get(dim, dim.replace("_", " "))
+        yield Table((label, *(column.heading for _, column in columns[dim])), rows)
 
 
-def _result_cell(run: xr.Dataset, column: ResultColumn, dim: str, label: str) -> Cell:
-    if column.figure is _start_value and is_part(run):
+def _figure_cell(run: xr.Dataset, name: str, column: SummaryColumn, dim: str, unit: str) -> Cell:
+    """A figure of a unit. A part of a run has no start."""
+    if column.figure == "at the start" and is_part(run):
         return ""
-    values = run[column.variable].sel({dim: label}).values
-    unit = column.unit or units_along(run, column.variable)[label]
-    return Value(float(column.figure(values)), unit, column.digits)
+    figure, shown_unit, digits = FIGURES[column.figure]
+    values = run[name].sel({dim: unit}).transpose("time", ...).values
+    return Value(float(figure(values)), shown_unit or units_along(run, name)[unit], digits)
 
 
 def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
@@ -448,13 +382,6 @@ def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
                     error = float(run.position_error.sel(body=body, dof=dof))
                     cells.append(Value(error, unit, digits=1))
                 yield [f"{body} {dof}", *cells]
-
-
-def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.joint.values):
-        load = run.joint_force.sel(joint=name).transpose("time", "dof").values
-        force, moment = (np.linalg.norm(part, axis=1).max() for part in np.hsplit(load, 2))
-        yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
 
 
 def _drive_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
@@ -498,22 +425,6 @@ def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         slip = run.fender_slip_distance.values[:, i]
         before = slip[0] if is_part(run) else 0.0
         yield [name, first, *shares, Value(float(slip[-1] - before), "m")]
-
-
-def _describe_externals(run: xr.Dataset) -> Iterator[Node]:
-    """Functions of Python that gave forces, and the energy that a delay of theirs made."""
-    if acted := lines_of(run, "external_forces"):
-        yield List(acted, "External forces, by functions of Python", detail=True)
-    if "external" in run.dims and run.time.size:
-        last = run.isel(time=-1)
-        names, calls, energies = (
-            last[name].values for name in ("external", "external_calls", "external_delay_energy")
-        )
-        rows: list[list[Cell]] = [
-            [str(name), f"{int(count)}", Value(float(energy), "J")]
-            for name, count, energy in zip(names, calls, energies, strict=True)
-        ]
-        yield Table(("external force", "calls", "energy of its delay"), rows)
 
 
 def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:

@@ -14,8 +14,8 @@ from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
 from hydrosim.report.sentences import run as run_sentences
 from hydrosim.report.sentences.sections import lines_of, table_of, title_of
-from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
+from hydrosim.results.variables import TENSIONS
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import FORCE_DIMS
@@ -177,7 +177,7 @@ def statistics_document(run: xr.Dataset, statistics: xr.Dataset) -> Document:
 def line_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Tensions of lines at the start of the run, and how much of their capacities they use."""
     rows: list[list[document_nodes.Cell]] = []
-    for start in (f"{dim}_start" for dim in LINES if f"{dim}_start" in statistics):
+    for start in (f"{dim}_start" for dim in TENSIONS if f"{dim}_start" in statistics):
         tensions = statistics[start]
         shares = statistics.get(f"{tensions.dims[0]}_used", np.nan * tensions)
         for tension, share in zip(tensions, shares, strict=True):
