@@ -668,13 +668,13 @@ def write_outputs(y, p, out):
 
 class ExternalKind(ElementKind):
     unit = "external"
-    label = "external force"
     variables: ClassVar = {
         "external_calls": Variable(
             "calls of the function of an external force so far",
             "1",
             chart=NO_CHART._replace(rank=Topic.CAPACITIES),
             summary=[SummaryColumn("calls", "count")],
+            row_label="external force",
             is_detail=True,
         ),
         "external_delay_energy": Variable(

@@ -292,9 +292,10 @@ class SummaryColumn(NamedTuple):
 class Variable(NamedTuple):
     """Description of a variable of a result: text, units, frame; for modes their ``flags``.
 
-    The ``summary`` are columns of a table of its units. ``lowest`` is a lower bound of all values.
-    A variable ``is_load`` if capacities and the colours of a replay are about it. One that
-    ``is_detail`` is no channel unless it is asked for.
+    The ``summary`` are columns of a table of its units, which are called ``row_label`` there, if
+    not as their dimension. ``lowest`` is a lower bound of all values. A variable ``is_load`` if
+    capacities and the colours of a replay are about it. One that ``is_detail`` is no channel unless
+    it is asked for.
     """
 
     long_name: str
@@ -306,16 +307,23 @@ class Variable(NamedTuple):
     lowest: float = -inf
     is_load: bool = False
     is_detail: bool = False
+    row_label: str = ""
 
 
 def tension_variable(
-    long_name: str, frame: str, title: str, place: int, summary: Sequence[SummaryColumn] = ()
+    long_name: str,
+    frame: str,
+    title: str,
+    place: int,
+    summary: Sequence[SummaryColumn],
+    row_label: str = "",
 ) -> Variable:
     """The tension [N] of a kind of lines, in the ``place`` of its chart among those of tensions.
     The ``summary`` are columns after those of start and mean."""
     columns = (SummaryColumn("tension at the start", "at the start"), SummaryColumn("mean", "mean"))
     chart = ChartHint(title, "tension", Topic.TENSIONS + place)
-    return Variable(long_name, "N", frame, "", chart, (*columns, *summary), 0.0, is_load=True)
+    hints = chart, (*columns, *summary), 0.0
+    return Variable(long_name, "N", frame, "", *hints, is_load=True, row_label=row_label)
 
 
 def range_columns(quantity: str) -> tuple[SummaryColumn, ...]:
@@ -398,11 +406,9 @@ class UnitRecord(NamedTuple):
 
 
 class UnitKind:
-    """A kind of unit. ``unit`` is the dimension of its units in files, ``label`` what they are
-    called in tables, if not so."""
+    """A kind of unit. ``unit`` is the dimension of its units in files."""
 
     unit: ClassVar[str] = ""
-    label: ClassVar[str] = ""
     variables: ClassVar[Mapping[str, Variable]] = {}
 
     def constants_in(self, parts: KindConstants) -> Any:

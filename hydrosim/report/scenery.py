@@ -224,8 +224,8 @@ def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary,
 
 def lines_of(scene: Scene) -> dict[str, Any]:
     """The lines and rods from a point of a body to an anchor, by name."""
-    anchored = ((name, e) for name, e in scene.forces.items() if getattr(e, "anchor", None))
-    return {name: e for name, e in anchored if e.point}
+    forces: Mapping[str, Any] = scene.forces
+    return {name: e for name, e in forces.items() if getattr(e, "anchor", None) and e.point}
 
 
 def _catenaries_of_scene(scene: Scene) -> list[tuple[str, Any]]:

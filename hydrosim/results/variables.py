@@ -88,6 +88,7 @@ RUN_VARIABLES = {  # a name that ends in "_" is a prefix
         "m",
         chart=ChartHint("Clearances", "clearance", Topic.CLEARANCES),
         summary=[SummaryColumn(figure, figure) for figure in ("smallest", "at the end")],
+        row_label="clearance",
     ),
     "contact_load": Variable(
         LOAD_TEXT, "N", chart=ChartHint("Load of groups of contacts", "load", Topic.DETAILS)
@@ -160,8 +161,6 @@ TENSIONS = {
     unit: name for unit, name in LOADS.items() if VARIABLES[name].chart.rank >= Topic.TENSIONS
 }
 """Those of them that are tensions."""
-UNIT_LABELS = {kind.unit: kind.label for kind in ELEMENT_KINDS if kind.label}
-"""What units are called in tables, by their dimension, if not so."""
 
 
 def units_of(units: str) -> dict[str, str]:

@@ -361,7 +361,6 @@ def write_outputs(y, modes, bodies, p, reactions, out):
 
 class JointMotionKind(kinds.KindWithModeSets):
     unit = "joint_motion"
-    label = "joint"
     variables: ClassVar[Mapping[str, kinds.Variable]] = {
         "joint_position": kinds.Variable(
             "displacement in a joint, zero at rest",
@@ -371,6 +370,7 @@ class JointMotionKind(kinds.KindWithModeSets):
                 kinds.SummaryColumn(figure, figure)
                 for figure in ("mean", "std", "smallest", "largest", "at the end")
             ],
+            row_label="joint",
         ),
         "joint_velocity": kinds.Variable(
             "rate of the displacement in a joint",

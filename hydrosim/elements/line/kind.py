@@ -145,11 +145,14 @@ TAUT_LENGTH_RATIO = 0.999
 
 class CatenaryKind(KindWithModeSets):
     unit = "line"
-    label = "catenary"
     variables: ClassVar = {
         "line_tension": tension_variable(
-            *("tension at the fairlead", "along the line"),
-            *("Tension of catenaries at the fairlead", 1, [LARGEST]),
+            "tension at the fairlead",
+            "along the line",
+            "Tension of catenaries at the fairlead",
+            1,
+            [LARGEST],
+            "catenary",
         ),
         "line_anchor_tension": Variable(
             "tension at the anchor",

@@ -499,7 +499,10 @@ class WinchKind(kinds.KindWithModeSets):
     unit = "winch"
     variables: ClassVar = {
         "winch_tension": kinds.tension_variable(
-            *("tension of the wire", "from the point to the anchor", "Tension of winches", 2),
+            "tension of the wire",
+            "from the point to the anchor",
+            "Tension of winches",
+            2,
             [
                 kinds.SummaryColumn("largest", "at the end", "winch_largest_tension"),
                 kinds.SLACK_SHARE,

@@ -83,8 +83,11 @@ COLUMNS = {
     "compensator_tension": law.Column(
         law.LOAD_OUTPUT,
         tension_variable(
-            *("tension", "from the point to the anchor", "Tension of compensators"),
-            *(3, (LARGEST, SummaryColumn("smallest", "smallest"))),
+            "tension",
+            "from the point to the anchor",
+            "Tension of compensators",
+            3,
+            (LARGEST, SummaryColumn("smallest", "smallest")),
         ),
     ),
     "compensator_stroke": law.Column(

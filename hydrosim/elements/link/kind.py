@@ -155,7 +155,6 @@ def link_kinematics(
 
 class SpringKind(TableKind):
     unit = "spring"
-    label = "line"
     idle_text = "springs slack"
     stiff_text = "springs taut"
     alone = "alone taut"

@@ -56,8 +56,12 @@ COLUMNS = {
     "spring_tension": law.Column(
         law.LOAD_OUTPUT,
         tension_variable(
-            *("tension", "from the point to the anchor", "Tension of lines"),
-            *(0, (LARGEST, SLACK_SHARE)),
+            "tension",
+            "from the point to the anchor",
+            "Tension of lines",
+            0,
+            (LARGEST, SLACK_SHARE),
+            "line",
         ),
     ),
     "spring_length": law.Column(

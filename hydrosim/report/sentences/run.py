@@ -12,7 +12,7 @@ import numpy as np
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.joint.locks import CLOSED as CLOSED_JOINT
 from hydrosim.elements.joint.locks import WAITING
-from hydrosim.elements.kind import SummaryColumn, Topic
+from hydrosim.elements.kind import SummaryColumn, Topic, Variable
 from hydrosim.elements.trigger import BEFORE
 from hydrosim.files.display_units import DEFAULT, Units, unit_of_dof, units_of
 from hydrosim.files.document import Document
@@ -33,7 +33,7 @@ from hydrosim.report.sentences.sections import attribute_text, lines_of, title_o
 from hydrosim.results import ledger, phases
 from hydrosim.results.channels import largest_loads
 from hydrosim.results.dataset import is_part
-from hydrosim.results.variables import BY_RANK, LABELS, UNIT_LABELS
+from hydrosim.results.variables import BY_RANK
 from hydrosim.statistics.figures import Criterion, criteria_of
 
 if TYPE_CHECKING:
@@ -344,19 +344,21 @@ variable, and its digits."""
 def _unit_tables(run: xr.Dataset, first: int, end: int) -> Iterator[Table]:
     """A table for each dimension of units, of the summaries of its variables. These are about
     topics from the ``first`` up to, and without, the ``end``."""
-    ranks: dict[str, int] = {}
+    described: dict[str, Variable] = {}
     columns: dict[str, list[tuple[str, SummaryColumn]]] = {}
     for name, variable in BY_RANK.items():
         if variable.summary and name in run and run.sizes["time"]:
             dim = next(str(dim) for dim in run[name].dims if dim != "time")
-            ranks.setdefault(dim, variable.chart.rank)
+            described.setdefault(dim, variable)
             columns.setdefault(dim, []).extend((c.variable or name, c) for c in variable.summary)
-    for dim in (dim for dim, rank in ranks.items() if first <= rank < end):
+    for dim, variable in described.items():
+        if not first <= variable.chart.rank < end:
+            continue
         rows: list[list[Cell]] = [
             [unit, *(_figure_cell(run, name, column, dim, unit) for name, column in columns[dim])]
             for unit in map(str, run[dim].values)
         ]
-        label = UNIT_LABELS.get(dim) or LABELS.get(dim, dim.replace("_", " "))
+        label = variable.row_label or dim.replace("_", " ")
         yield Table((label, *(column.heading for _, column in columns[dim])), rows)
 
 
