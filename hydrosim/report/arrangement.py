@@ -14,7 +14,7 @@ from hydrosim.dofs import about_z
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Drawing, Node
-from hydrosim.report.scenery import catenaries_at_rest, keel_of, lines_of, shape_of
+from hydrosim.report.replay import catenaries_at_rest, keel_of, lines_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
 

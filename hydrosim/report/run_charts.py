@@ -15,7 +15,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.elements.kind import Topic
-from hydrosim.files.document_nodes import Chart, ChartLine, ShadedPhase
+from hydrosim.files.document_nodes import Chart, ChartLine, Node, ShadedPhase, Table, Value
 from hydrosim.files.series import units_along
 from hydrosim.results import phases
 from hydrosim.results.channels import channel_names, channel_series, group_by_size
@@ -25,6 +25,11 @@ from hydrosim.statistics.results import crawl
 if TYPE_CHECKING:
     import xarray as xr
 
+CHARTS_NOTE = (
+    "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
+    " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
+    " its line."
+)
 NEGLIGIBLE_MOTION = 1e-6
 """In m or rad: smaller motions count as none; of the largest crawl, that along other axes."""
 ROUNDING_FRACTION = 1e-9
@@ -292,6 +297,21 @@ def energy_charts(run: xr.Dataset) -> list[Chart]:
         charts += [Chart(f"Energy {label}", label, "J", lines, folded=True)] if lines else []
     residual = {"": ChartLine(run.energy_residual.values)}
     return [*charts, Chart("Residual of the ledger", "residual", "J", residual, folded=True)]
+
+
+def ledger_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """What became of the energy from start to end."""
+    if run.time.size < 1:
+        return
+    kinetic = run.energy_kinetic.values
+    rows = [("kinetic", Value(float(kinetic[-1]), "J"), "held at the end")]
+    for part, label in ENERGY_LABELS.items():
+        for name in ledger_names(run, part):
+            value = float(run[f"energy_{part}_{name}"].values[-1])
+            rows.append((name.replace("_", " "), Value(value, "J"), label))
+    last = float(run.energy_residual.values[-1])
+    rows.append(("residual", Value(last, "J"), "not accounted for"))
+    yield Table(("energy", "at the end", "what it is, since the start"), rows)
 
 
 def ledger_names(run: xr.Dataset, part: str) -> list[str]:

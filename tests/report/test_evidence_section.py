@@ -16,7 +16,7 @@ from hydrosim.report.evidence import (
     known_lines,
     lines_about,
 )
-from hydrosim.report.scenery import scene_of
+from hydrosim.report.replay import scene_of
 
 CASES = Path(__file__).parents[2] / "cases"
 OF_COMMANDS = {Feature.LINEAR, Feature.LIMITS, Feature.RECIPES, Feature.HULLS}

@@ -12,6 +12,7 @@ import numpy as np
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
+from hydrosim.report.run_charts import CHARTS_NOTE
 from hydrosim.report.sentences.sections import (
     MAX_TABLE_ROWS,
     Sections,
@@ -19,7 +20,6 @@ from hydrosim.report.sentences.sections import (
     lines_of,
     table_of,
 )
-from hydrosim.report.sentences.series import CHARTS_NOTE
 
 if TYPE_CHECKING:
     import xarray as xr

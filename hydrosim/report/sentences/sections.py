@@ -1,16 +1,19 @@
-"""Sections of a document from what a result holds, title block, case and assumptions."""
+"""Summaries of results, sections of a document, title block, case and assumptions."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from hydrosim.case.criteria import TITLE_BLOCK
 from hydrosim.case.tables import case_tables, plain, seas, shorten_path
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
 from hydrosim.files.document_layout import digits_of
+from hydrosim.results.dataset import ResultKind, kind_of
 from hydrosim.scene import Place
 
 if TYPE_CHECKING:
@@ -22,6 +25,30 @@ Sections = Mapping[str, tuple[str, SectionBuilder[Result]]]
 """Sections by name: the heading, and what gives the nodes below it."""
 MAX_TABLE_ROWS = 300
 """Rows of a table, and remarks of a list."""
+
+
+SUMMARIES: dict[str, str] = {
+    ResultKind.SET: "study:study_tables",
+    ResultKind.STUDY: "study:study_tables",
+    ResultKind.OPERABILITY: "limits:limits_tables",
+    ResultKind.COMPARISON: "comparison:comparison_tables",
+    ResultKind.SET_COMPARISON: "comparison:studies_tables",
+    ResultKind.ANALYSIS: "analysis:linear_document",
+}
+"""Functions of this folder that make the summaries of results besides runs, by kind."""
+
+
+def summary_of(dataset: xr.Dataset) -> Document:
+    """The text that a command prints of its result: a run, many runs, limits of operation, a
+    comparison, or a linear analysis."""
+    return make_document(SUMMARIES.get(kind_of(dataset), "run:run_document"), dataset)
+
+
+def make_document(function: str, dataset: xr.Dataset) -> Document:
+    """The document of a result by a ``function`` "module:name" of this folder. Only the module of
+    its kind is loaded."""
+    document: Document = resolve_name(f"{__package__}.{function}")(dataset)
+    return document
 
 
 def build_sections(parts: Sections[Result], result: Result) -> list[document_nodes.Node]:

@@ -1,4 +1,4 @@
-"""Ledger of a run, why a body moved, and runs over their seeds."""
+"""Why a body moved, and runs over their seeds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import text_of, value_text
-from hydrosim.report import run_charts
 from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, title_of
 from hydrosim.results import phases
 from hydrosim.statistics import explain, over_seeds
@@ -20,28 +19,6 @@ from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY, VALUES_FOR_INTERVAL
 
 if TYPE_CHECKING:
     import xarray as xr
-
-CHARTS_NOTE = (
-    "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
-    " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
-    " its line."
-)
-
-
-def ledger(run: xr.Dataset) -> Iterator[document_nodes.Node]:
-    """What became of the energy from start to end."""
-    if run.time.size < 1:
-        return
-    kinetic = run.energy_kinetic.values
-    rows = [("kinetic", document_nodes.Value(float(kinetic[-1]), "J"), "held at the end")]
-    for part, label in run_charts.ENERGY_LABELS.items():
-        for name in run_charts.ledger_names(run, part):
-            value = float(run[f"energy_{part}_{name}"].values[-1])
-            rows.append((name.replace("_", " "), document_nodes.Value(value, "J"), label))
-    last = float(run.energy_residual.values[-1])
-    rows.append(("residual", document_nodes.Value(last, "J"), "not accounted for"))
-    yield document_nodes.Table(("energy", "at the end", "what it is, since the start"), rows)
-
 
 # Why a body moved: figures by span of time; of many runs means with 90 % intervals.
 
