@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import about_z
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Drawing, Node
-from hydrosim.report.replay import catenaries_at_rest, keel_of, lines_of, shape_of
+from hydrosim.report.replay import catenaries_at_rest, keel_of, lines_of, poses_at_rest, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
 
@@ -79,14 +78,13 @@ DRAWING_NOTE = (
 
 def arrange_scene(scene: Scene) -> SceneArrangement:
     """The scene at rest, in the earth frame."""
-    turns = {body.name: about_z(body.heading) for body in scene.bodies}
-    places = {
-        b.name: turns[b.name] @ b.centre_of_gravity + [*b.location, 0.0] for b in scene.bodies
-    }
+    poses = poses_at_rest(scene)
 
     def to_earth(body: str | None, points: Sequence[float] | Points) -> Points:
         body_points = np.asarray(points, float)
-        return body_points if body is None else body_points @ turns[body].T + places[body]
+        if body is None:
+            return body_points
+        return body_points @ poses[body].turn.T + poses[body].centre
 
     bodies = []
     for body in scene.bodies:

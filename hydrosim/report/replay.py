@@ -213,12 +213,18 @@ class BodyPose(NamedTuple):
     turn: np.ndarray
 
 
+def poses_at_rest(scene: Scene) -> dict[str, BodyPose]:
+    """All bodies at rest, by name."""
+    turns = {body.name: about_z(body.heading) for body in scene.bodies}
+    return {
+        b.name: BodyPose(turns[b.name] @ b.centre_of_gravity + [*b.location, 0.0], turns[b.name])
+        for b in scene.bodies
+    }
+
+
 def catenaries_at_rest(scene: Scene) -> dict[str, np.ndarray]:
     """Points (n, 3) [m] of each catenary with all bodies at rest, by name, in the earth frame."""
-    bodies = {}
-    for body in scene.bodies:
-        turn = about_z(body.heading)
-        bodies[body.name] = BodyPose(turn @ body.centre_of_gravity + [*body.location, 0.0], turn)
+    bodies = poses_at_rest(scene)
     return {
         name: _points_of_line(line, bodies, scene, 0.0, POINTS_PER_LINE)
         for name, line in _catenaries_of_scene(scene)
@@ -524,10 +530,7 @@ def _centres_at_rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
         return [list(map(float, x)) for x in run.reference_position.values]
     if scene is None:
         return [[0.0, 0.0, 0.0] for _ in run.body]
-    return [
-        list(map(float, about_z(b.heading) @ b.centre_of_gravity + [*b.location, 0.0]))
-        for b in scene.bodies
-    ]
+    return [list(map(float, pose.centre)) for pose in poses_at_rest(scene).values()]
 
 
 def _magnification(position: np.ndarray, size: float) -> int:

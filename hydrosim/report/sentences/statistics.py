@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.case.tables import plain
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
@@ -425,9 +424,7 @@ def next_steps(run: xr.Dataset) -> Iterator[document_nodes.Node]:
 
 def _is_of_random_waves(run: xr.Dataset) -> bool:
     """Whether waves or gusts of the run are drawn at random."""
-    water = plain(str(run.attrs.get("case_resolved", ""))).get("environment") or {}
-    gusts = (water.get("wind") or {}).get("gusts")
-    return bool(gusts) or any("seed" in train for train in water.get("waves") or [])
+    return np.size(run.attrs.get("seeds", [])) > 0
 
 
 def largest_values(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:

@@ -342,7 +342,7 @@ def _describe_values(plan: PlanRuns) -> Iterator[document_nodes.Node]:
         _difference_sentence(plan, difference) for difference in _differences_of_plan(plan)
     ]:
         yield document_nodes.List(told, "What the parameters change:", detail=again)
-    yield from _plan_pictures(plan, rows)
+    yield from _plan_pictures(plan)
 
 
 def _statistic_cells(
@@ -398,50 +398,54 @@ def _difference_sentence(plan: PlanRuns, of: Difference) -> document_nodes.Sente
     return document_nodes.Sentence(f"{text}.", parts)
 
 
-def _plan_pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[document_nodes.Node]:
+def _plan_pictures(plan: PlanRuns) -> Iterator[document_nodes.Chart]:
     """Each figure over the first parameter that is a number, a line for each value of others."""
-    axes = [plan.axis(parameter) for parameter in plan.parameters]
-    numbers = [a for a in axes if np.asarray(plan.runs[a].values).dtype.kind in "if"]
-    if not numbers or plan.design == "one_at_a_time":
-        return
-    axis = numbers[0]
-    for figure in plan.figures:
-        figure_rows = [row for row in rows if row.figure == figure]
-        others = [_other_parameters(plan, row, axis) for row in figure_rows]
-        kinds = list(dict.fromkeys(others))
-        if len(kinds) <= MAX_LINES_PER_CHART:
-            curves = {
-                ", ".join(kind) or figure: _plotted_curve(
-                    [row for row, other in zip(figure_rows, others, strict=True) if other == kind],
-                    axis,
-                )
-                for kind in kinds
-            }
-            unit = figure_rows[0].unit if figure_rows else ""
-            title = f"{figure}: means over seeds with their 90 % intervals"
-            yield document_nodes.Chart(
-                title,
-                figure,
-                unit,
-                curves,
-                x_label=series.short_key(axis),
-                x_unit=plan.unit(axis),
-            )
+    axis = "" if plan.design == "one_at_a_time" else numeric_axis(plan)
+    for figure in plan.figures if axis else ():
+        chart = effect_chart(plan, figure, axis)
+        if len(chart.lines) <= MAX_LINES_PER_CHART:
+            yield chart
 
 
-def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
+def numeric_axis(plan: PlanRuns) -> str:
+    """The coordinate of the first parameter whose values are numbers; empty if there is none."""
+    axes = (plan.axis(parameter) for parameter in plan.parameters)
+    return next((axis for axis in axes if plan.runs[axis].dtype.kind in "if"), "")
+
+
+def effect_chart(plan: PlanRuns, figure: str, axis: str) -> document_nodes.Chart:
+    """Means of a figure over the numbers of an ``axis``, a line for each combination of the values
+    of other parameters. Without an axis there is one line over all combinations, in their order."""
+    rows = [row for row in effects.rows(plan) if row.figure == figure]
+    rows_by_line: dict[str, list[EffectRow]] = {}
+    for row in rows:
+        others = _other_parameters(plan, row, axis) if axis else ()
+        rows_by_line.setdefault(", ".join(others) or figure, []).append(row)
+    lines = {name: _effect_line(plan, of_line, axis) for name, of_line in rows_by_line.items()}
+    return document_nodes.Chart(
+        f"{figure}: means over seeds with their 90 % intervals",
+        figure,
+        rows[0].unit if rows else "",
+        lines,
+        x_label=series.short_key(axis),
+        x_unit=plan.unit(axis) if axis else "",
+    )
+
+
+def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> Iterator[str]:
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
-    rest = {name: value for name, value in row.values.items() if name != axis}
-    values = (series.value_of(value, plan.unit(name)) for name, value in rest.items())
-    return tuple(text_of(value, units) for value in values)
+    for name, value in row.values.items():
+        if name != axis:
+            yield text_of(series.value_of(value, plan.unit(name)), units)
 
 
-def _plotted_curve(rows: list[EffectRow], axis: str) -> document_nodes.ChartLine:
-    rows = sorted(rows, key=lambda row: float(row.values[axis]))
-    x = np.array([float(row.values[axis]) for row in rows])
-    y, low, high = np.array([row.spread[1:4] for row in rows], float).T
-    return document_nodes.ChartLine(y, x, low, high)
+def _effect_line(plan: PlanRuns, rows: Sequence[EffectRow], axis: str) -> document_nodes.ChartLine:
+    x = np.array([row.values[axis] for row in rows] if axis else range(len(rows)), float)
+    rows = [rows[k] for k in np.argsort(x, kind="stable")]
+    _, y, low, high, *wide = np.array([row.spread for row in rows], float).T
+    values = [plan.runs[row.figure].values[row.runs] for row in rows]
+    return document_nodes.ChartLine(y, np.sort(x), low, high, wide=np.array(wide), values=values)
 
 
 def _describe_samples(plan: PlanRuns) -> Iterator[document_nodes.Node]:
