@@ -168,6 +168,8 @@ class Sentence:
 
 Cell = Part | Sentence
 """What stands in a table."""
+Row = list[Cell]
+"""A row of a table."""
 
 
 @dataclass(frozen=True)
@@ -226,6 +228,8 @@ class Verdict:
 
 
 Node = Heading | Sentence | Table | List | Verdict | Figure
+Nodes = Iterator[Node]
+"""Nodes one after the other."""
 
 
 @dataclass(frozen=True)
@@ -254,9 +258,14 @@ class DocumentContents:
         return list(_split_sections(self.nodes))
 
 
+def warning(text: str, parts: Sequence[Part] = ()) -> Verdict:
+    """A verdict that is a warning."""
+    return Verdict(Outcome.WARNING, text, parts)
+
+
 def warnings(lines: Sequence[str]) -> list[Verdict]:
     """A verdict for each line of warning."""
-    return [Verdict(Outcome.WARNING, line) for line in lines]
+    return [warning(line) for line in lines]
 
 
 def _split_sections(nodes: Sequence[Node]) -> Iterator[Section]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
-from hydrosim.files.document_nodes import Drawing, Node
+from hydrosim.files.document_nodes import Drawing, Nodes
 from hydrosim.report.replay import catenaries_at_rest, keel_of, lines_of, poses_at_rest, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
@@ -63,7 +63,7 @@ class SceneArrangement(NamedTuple):
     joints: dict[str, Points]
 
 
-def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
+def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Nodes:
     """Drawing of the ``scene`` of a run; nothing if its case cannot be read again."""
     if scene is not None:
         drawn = svg(arrange_scene(scene), units_of(run.attrs))

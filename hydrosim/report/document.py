@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
-from hydrosim.files.document_nodes import Node, Sentence
+from hydrosim.files.document_nodes import Nodes, Sentence
 from hydrosim.report import run_charts
 from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.evidence import evidence_nodes
@@ -48,13 +47,13 @@ class ReportData:
         self.scene = scene_of(run)
 
 
-def _describe_results(of: ReportData) -> Iterator[Node]:
+def _describe_results(of: ReportData) -> Nodes:
     yield from statistics.main_results(of.run)
     if of.statistics is not None:
         yield from statistics.largest_values(of.statistics)
 
 
-def _describe_computation(run: xr.Dataset) -> Iterator[Node]:
+def _describe_computation(run: xr.Dataset) -> Nodes:
     """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
     yield from run_sentences.solution_verdicts(run)
     yield from run_sentences.solver_tables(run)
@@ -62,7 +61,7 @@ def _describe_computation(run: xr.Dataset) -> Iterator[Node]:
     yield from statistics.next_steps(run)
 
 
-def _describe_energy(run: xr.Dataset) -> Iterator[Node]:
+def _describe_energy(run: xr.Dataset) -> Nodes:
     yield from run_charts.ledger_nodes(run)
     if run.time.size > 1:
         yield from run_charts.energy_charts(run)
@@ -74,7 +73,7 @@ def _subtitle_text(run: xr.Dataset) -> str:
     return f"{span:g} s simulated by {run.attrs.get('program', 'hydrosim')}; status: {status}"
 
 
-def _describe_series(run: xr.Dataset) -> Iterator[Node]:
+def _describe_series(run: xr.Dataset) -> Nodes:
     if run.time.size < 2:
         yield Sentence("The run has fewer than two recorded times: there is nothing to draw.")
         return

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from hydrosim import elements
 from hydrosim import scene as scenes
 from hydrosim.files.document_layout import digits_of
-from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
+from hydrosim.files.document_nodes import List, Nodes, Row, Sentence, Table
 from hydrosim.scene.damping import QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import Link, Spring
 from hydrosim.scene.loads import AppliedForce
@@ -281,7 +281,7 @@ UNKNOWN_CASE_NOTE = (
 )
 
 
-def evidence_nodes(run: xr.Dataset, scene: scenes.Scene | None) -> Iterator[Node]:
+def evidence_nodes(run: xr.Dataset, scene: scenes.Scene | None) -> Nodes:
     """Lines of evidence about the features of the ``scene`` of a run, and features without one."""
     if scene is None:
         yield Sentence(UNKNOWN_CASE_NOTE)
@@ -302,6 +302,6 @@ def without_line(used: Collection[Feature], lines: Sequence[EvidenceLine]) -> li
     return [feature.value for feature in Feature if feature in used and feature not in covered]
 
 
-def _row(line: EvidenceLine) -> list[Cell]:
+def _row(line: EvidenceLine) -> Row:
     figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
     return [line.claim, line.against, line.kind.value, *figures]

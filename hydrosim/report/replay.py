@@ -27,7 +27,7 @@ from hydrosim.elements.signal import compile_signals, value
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
-from hydrosim.files.document_nodes import Heading, Node, Replay
+from hydrosim.files.document_nodes import Heading, Nodes, Replay
 from hydrosim.modes import NO_INDEX
 from hydrosim.report.page import base64_of_floats
 from hydrosim.report.sentences.sections import title_of
@@ -459,7 +459,7 @@ def replay_document(run: xr.Dataset) -> Document:
     return Document(title_of(run), [Heading("Replay", "replay"), *nodes], lasts)
 
 
-def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
+def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Nodes:
     """Replay of a run with at least two records, in its ``scene``, if its case can be read
     again."""
     if run.time.size < 2:

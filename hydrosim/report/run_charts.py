@@ -15,7 +15,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.elements.kind import Topic
-from hydrosim.files.document_nodes import Chart, ChartLine, Node, ShadedPhase, Table, Value
+from hydrosim.files.document_nodes import Chart, ChartLine, Nodes, ShadedPhase, Table, Value
 from hydrosim.files.series import units_along
 from hydrosim.results import phases
 from hydrosim.results.channels import channel_names, channel_series, group_by_size
@@ -299,7 +299,7 @@ def energy_charts(run: xr.Dataset) -> list[Chart]:
     return [*charts, Chart("Residual of the ledger", "residual", "J", residual, folded=True)]
 
 
-def ledger_nodes(run: xr.Dataset) -> Iterator[Node]:
+def ledger_nodes(run: xr.Dataset) -> Nodes:
     """What became of the energy from start to end."""
     if run.time.size < 1:
         return

@@ -19,13 +19,15 @@ from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import (
     Cell,
     List,
-    Node,
+    Nodes,
     Outcome,
     Part,
+    Row,
     Sentence,
     Table,
     Value,
     Verdict,
+    warning,
     warnings,
 )
 from hydrosim.files.series import unit_of, units_along
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
 # Stages of groups of contacts, and impacts where contacts close.
 
 
-def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
+def stage_nodes(run: xr.Dataset) -> Nodes:
     """Times of the stages and figures of the contacts, a column for each group. Groups without a
     stage are left out, and a run without groups has no table."""
     if phases.STAGE_TIME not in run:
@@ -56,7 +58,7 @@ def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
         yield Table(head, [*_stage_time_rows(groups), *_stage_figure_rows(groups)], "Stages")
 
 
-def _stage_time_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
+def _stage_time_rows(groups: xr.Dataset) -> Iterator[Row]:
     """The time of each stage that a group has come to."""
     for stage in groups.stage.values:
         times = groups[phases.STAGE_TIME].sel(stage=stage).values
@@ -64,7 +66,7 @@ def _stage_time_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
             yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
 
 
-def _stage_figure_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
+def _stage_figure_rows(groups: xr.Dataset) -> Iterator[Row]:
     for name, (what, unit) in phases.FIGURES.items():
         yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
 
@@ -72,7 +74,7 @@ def _stage_figure_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
 # Criteria of a run: values, limits and margins.
 
 
-def criteria_nodes(run: xr.Dataset) -> Iterator[Node]:
+def criteria_nodes(run: xr.Dataset) -> Nodes:
     """A verdict on all criteria of a run, one on each that is not met, and the register."""
     criteria = criteria_of(run)
     if not criteria:
@@ -118,7 +120,7 @@ def criterion_not_met(of: Criterion, at: str = "", more: str = "") -> Verdict:
     )
 
 
-def criterion_figures(of: Criterion) -> list[Cell]:
+def criterion_figures(of: Criterion) -> Row:
     """Name, value, limit, margin, and the share of the limit that is used."""
     limit, margin = (Value(number, of.unit) for number in (of.limit, of.margin))
     return [of.name, _shown_value(of), limit, margin, Value(of.utilisation, "share", 3)]
@@ -164,7 +166,7 @@ def run_document(run: xr.Dataset) -> Document:
     return Document(title_of(run), list(summary(run)), units=units_of(run.attrs))
 
 
-def summary(run: xr.Dataset) -> Iterator[Node]:
+def summary(run: xr.Dataset) -> Nodes:
     """Criteria and verdicts first, then tables, then how the run was solved."""
     if not is_part(run):
         yield from criteria_nodes(run)
@@ -175,7 +177,7 @@ def summary(run: xr.Dataset) -> Iterator[Node]:
     yield from solver_tables(run)
 
 
-def result_tables(run: xr.Dataset) -> Iterator[Node]:
+def result_tables(run: xr.Dataset) -> Nodes:
     """Motions, contacts, lines and clearances."""
     head = ("motion", "mean", "std", "smallest", "largest", "at the end")
     measured = "position_error" in run and not is_part(run)
@@ -207,7 +209,7 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
     yield from _unit_tables(run, Topic.CAPACITIES, Topic.DETAILS)
 
 
-def solver_tables(run: xr.Dataset) -> Iterator[Node]:
+def solver_tables(run: xr.Dataset) -> Nodes:
     """Method and steps of the solver, and models of radiation."""
     if not is_part(run):
         yield Table(("solver", ""), list(_solver_rows(run)), detail=True)
@@ -215,7 +217,7 @@ def solver_tables(run: xr.Dataset) -> Iterator[Node]:
         yield List(told, "Radiation", detail=True)
 
 
-def verdicts(run: xr.Dataset) -> Iterator[Node]:
+def verdicts(run: xr.Dataset) -> Nodes:
     """How the run ended, whether its energy adds up, how good its radiation is, and warnings."""
     yield status_verdict(run)
     yield from solution_verdicts(run)
@@ -233,7 +235,7 @@ def solution_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
 
 
-def element_verdicts(run: xr.Dataset) -> Iterator[Node]:
+def element_verdicts(run: xr.Dataset) -> Nodes:
     """Elements that have not begun, joints that have not closed, loads above capacities."""
     if "trigger" in run.dims:
         yield from _describe_waiting(run)
@@ -250,7 +252,7 @@ def status_verdict(run: xr.Dataset) -> Verdict:
             "This is a part of a run ({}): {} records over {}."
             " Figures of the whole run are left out."
         )
-        return Verdict(Outcome.WARNING, text, [status, str(run.time.size), simulated])
+        return warning(text, [status, str(run.time.size), simulated])
     start = ""
     if "initial_run" in run.attrs:
         start = f", started from {run.attrs['initial_run']} at {run.attrs['initial_time']:g} s"
@@ -286,34 +288,34 @@ def radiation_verdict(error: float) -> Verdict:
     return Verdict(outcome, text, [Value(error, "share", 2), Value(RADIATION_GOOD, "share", 2)])
 
 
-def _describe_waiting(run: xr.Dataset) -> Iterator[Node]:
+def _describe_waiting(run: xr.Dataset) -> Nodes:
     """Elements and pumps that have not begun by the end."""
     before = np.all(run.trigger_stage.values == BEFORE, axis=0)
     for name in run.trigger.values[before]:
         text = "{} has not begun: its condition was not met."
-        yield Verdict(Outcome.WARNING, text, [str(name)])
+        yield warning(text, [str(name)])
 
 
-def _never_closed(run: xr.Dataset) -> Iterator[Node]:
+def _never_closed(run: xr.Dataset) -> Nodes:
     """Joints that wait for their window until the end."""
     for name in _names_of_locks(run):
         modes = run.lock_mode.sel(lock=name).values
         if modes.size and modes[-1] == WAITING and not (modes == CLOSED_JOINT).any():
             text = "{} has not closed: it was never within its window."
-            yield Verdict(Outcome.WARNING, text, [name])
+            yield warning(text, [name])
 
 
-def _overload_warnings(run: xr.Dataset) -> Iterator[Node]:
+def _overload_warnings(run: xr.Dataset) -> Nodes:
     """Contacts and lines whose load was above their capacity."""
     for load in largest_loads(run):
         if load.largest > load.capacity:
             text = "{} carried {} at {}, more than its capacity of {}."
             values = [Value(load.largest, "N", 4), Value(load.time, "s", 4)]
             parts: list[Part] = [load.unit, *values, Value(load.capacity, "N", 4)]
-            yield Verdict(Outcome.WARNING, text, parts)
+            yield warning(text, parts)
 
 
-def _capacity_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _capacity_rows(run: xr.Dataset) -> Iterator[Row]:
     """Largest loads beside capacities."""
     for load in largest_loads(run):
         used = Value(load.largest / load.capacity, "share", 3)
@@ -354,7 +356,7 @@ def _unit_tables(run: xr.Dataset, first: int, end: int) -> Iterator[Table]:
     for dim, variable in described.items():
         if not first <= variable.chart.rank < end:
             continue
-        rows: list[list[Cell]] = [
+        rows: list[Row] = [
             [unit, *(_figure_cell(run, name, column, dim, unit) for name, column in columns[dim])]
             for unit in map(str, run[dim].values)
         ]
@@ -371,7 +373,7 @@ def _figure_cell(run: xr.Dataset, name: str, column: SummaryColumn, dim: str, un
     return Value(float(figure(values)), shown_unit or units_along(run, name)[unit], digits)
 
 
-def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
+def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[Row]:
     """How bodies move about their place at rest, where they do; with their ``measured`` errors."""
     for body in map(str, run.body.values):
         for dof in map(str, run.dof.values):
@@ -386,7 +388,7 @@ def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
                 yield [f"{body} {dof}", *cells]
 
 
-def _drive_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _drive_rows(run: xr.Dataset) -> Iterator[Row]:
     """The largest force of each drive, and its work over the run."""
     for label in map(str, run.drive.values):
         force = run.drive_force.sel(drive=label).values
@@ -396,14 +398,14 @@ def _drive_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [label, largest, Value(float(work[-1] - work[0]), "J")]
 
 
-def _lock_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _lock_rows(run: xr.Dataset) -> Iterator[Row]:
     """When joints that come and go hold, and what their closing costs."""
     for name in _names_of_locks(run):
         closed = run.lock_mode.sel(lock=name).values == CLOSED_JOINT
         at = run.time.values[closed]
         if closed.all():
             continue
-        first: list[Cell] = [Value(float(at[0]), "s"), Value(float(at[-1]), "s")] if at.size else []
+        first: Row = [Value(float(at[0]), "s"), Value(float(at[-1]), "s")] if at.size else []
         loss = run.lock_loss.sel(lock=name).values
         share = Value(float(closed.mean()), "share", 2)
         yield [name, *(first or ["never", ""]), share, Value(float(loss[-1] - loss[0]), "J")]
@@ -413,7 +415,7 @@ def _names_of_locks(run: xr.Dataset) -> list[str]:
     return list(map(str, run.lock.values)) if "lock" in run.dims else []
 
 
-def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _contact_rows(run: xr.Dataset) -> Iterator[Row]:
     modes = run.fender_mode.values
     time = run.time.values
     for i, name in enumerate(map(str, run.fender.values)):
@@ -429,7 +431,7 @@ def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, first, *shares, Value(float(slip[-1] - before), "m")]
 
 
-def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _pto_rows(run: xr.Dataset) -> Iterator[Row]:
     """Power and energy of each power take-off; the energy is the integral of the power over the
     steps of the run."""
     lasts = float(run.time[-1] - run.time[0])
@@ -441,7 +443,7 @@ def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, Value(mean, "W"), Value(largest, "W"), Value(energy, "J")]
 
 
-def _solver_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _solver_rows(run: xr.Dataset) -> Iterator[Row]:
     for key, label in SOLVER.items():
         if key in run.attrs:
             yield [label, attribute_text(run.attrs[key])]
@@ -461,7 +463,7 @@ def _radiation_texts(run: xr.Dataset) -> Iterator[str]:
 # Errors of a run, as far as the run knows them.
 
 
-def convergence(run: xr.Dataset) -> Iterator[Node]:
+def convergence(run: xr.Dataset) -> Nodes:
     """The residual of energy, errors of radiation; what was not assessed is said to be so."""
     name = Path(str(run.attrs.get("case_file", "CASE.yaml"))).name
     yield from _step_errors(run)
@@ -480,7 +482,7 @@ def convergence(run: xr.Dataset) -> Iterator[Node]:
         yield List(lines, "Radiation")
 
 
-def _step_errors(run: xr.Dataset) -> Iterator[Node]:
+def _step_errors(run: xr.Dataset) -> Nodes:
     """What the errors by the steps of the solver were measured against."""
     if ledger.COMPANION in run.attrs:
         yield Sentence(
@@ -520,20 +522,20 @@ def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) 
     return Document(title, [reference, Table(head, list(_trial_rows(study)))], units=units)
 
 
-def _trial_rows(study: ConvergenceStudy) -> Iterator[list[Cell]]:
+def _trial_rows(study: ConvergenceStudy) -> Iterator[Row]:
     last: ConvergenceTrial | None = None
     for trial in study.trials:
         same = last is not None and last.method is trial.method
         order = trial.order(last) if last is not None and same else nan
-        cells: list[Cell] = [str(trial.method), Value(trial.setting, digits=3)]
+        cells: Row = [str(trial.method), Value(trial.setting, digits=3)]
         last = trial
         if trial.remark:
             yield [*cells, "failed", "", "", "", "", ""]
             continue
-        errors: list[Cell] = [
+        errors: Row = [
             Value(trial.motion, "m", 2),
             Value(order, digits=2) if isfinite(order) else "",
         ]
         errors += [Value(trial.crawl, "m", 2), Value(trial.energy, "", 2)]
-        cost: list[Cell] = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
+        cost: Row = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
         yield [*cells, *errors, *cost]

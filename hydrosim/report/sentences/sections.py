@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Result = TypeVar("Result")
-SectionBuilder = Callable[[Result], Iterator[document_nodes.Node]]
+SectionBuilder = Callable[[Result], document_nodes.Nodes]
 Sections = Mapping[str, tuple[str, SectionBuilder[Result]]]
 """Sections by name: the heading, and what gives the nodes below it."""
 MAX_TABLE_ROWS = 300
@@ -80,7 +80,7 @@ def attribute_text(value: Any) -> str:
         return str(value)
 
 
-def _build_section(part: SectionBuilder[Result], result: Result) -> Iterator[document_nodes.Node]:
+def _build_section(part: SectionBuilder[Result], result: Result) -> document_nodes.Nodes:
     """The nodes of a part. A result of another version or origin gives those that can be made."""
     try:
         yield from part(result)
@@ -99,7 +99,7 @@ def table_of(
     """Table with a row for each label of the one dimension of the ``columns``: by heading, an array
     with the unit and the digits that its values are shown with."""
     (first, *_), *_ = columns.values()
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [
             str(label),
             *(document_nodes.Value(float(of[k]), *shown) for of, *shown in columns.values()),
@@ -122,10 +122,10 @@ LABELS = {
 }
 
 
-def title_block(result: xr.Dataset) -> Iterator[document_nodes.Node]:
+def title_block(result: xr.Dataset) -> document_nodes.Nodes:
     """Project, client, author and revision as the case gives them; remarks; the seas."""
     block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [label, block[key]] for key, label in LABELS.items() if key in block
     ]
     rows += [["Sea", sea] for sea in _sea_texts(result)]
@@ -167,7 +167,7 @@ OF_BODIES = {
 }
 
 
-def case_nodes(run: xr.Dataset) -> Iterator[document_nodes.Node]:
+def case_nodes(run: xr.Dataset) -> document_nodes.Nodes:
     """The case in short, as it was written, and with every default."""
     data = plain(str(run.attrs.get("case_resolved", "")))
     yield from case_tables(data)
@@ -183,7 +183,7 @@ def case_nodes(run: xr.Dataset) -> Iterator[document_nodes.Node]:
         )
 
 
-def assumption_nodes(run: xr.Dataset) -> Iterator[document_nodes.Node]:
+def assumption_nodes(run: xr.Dataset) -> document_nodes.Nodes:
     """Warnings first, then all that the run says of its assumptions."""
     if told := document_nodes.warnings(lines_of(run, "warnings")):
         yield from told

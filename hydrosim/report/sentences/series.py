@@ -58,9 +58,7 @@ def explanation_document(
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def explanation(
-    explanations: xr.Dataset, body: str, direction: str
-) -> Iterator[document_nodes.Node]:
+def explanation(explanations: xr.Dataset, body: str, direction: str) -> document_nodes.Nodes:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
     explanations = explanations.sel(span=reported_spans(explanations))
@@ -210,7 +208,7 @@ EXTREMES_METHOD_NOTE = (
 )
 
 
-def seed_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def seed_nodes(plan: PlanRuns) -> document_nodes.Nodes:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
     yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
     plan_combinations = list(combinations(plan))
@@ -223,15 +221,15 @@ def seed_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
         yield document_nodes.Sentence("{} more combinations are in motion, in the file.", [more])
 
 
-def extreme_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def extreme_nodes(plan: PlanRuns) -> document_nodes.Nodes:
     """Extremes over the seeds of figures, and of every other channel of the file."""
     plan_combinations = list(combinations(plan))
     if max((at.size for _, at in plan_combinations), default=0) < over_seeds.MIN_RUNS:
         text = "Most probable extremes and P90 over seeds take {} seeds or more."
         yield document_nodes.Sentence(text, [str(over_seeds.MIN_RUNS)], detail=True)
         return
-    figures: list[list[document_nodes.Cell]] = []
-    channels: list[list[document_nodes.Cell]] = []
+    figures: list[document_nodes.Row] = []
+    channels: list[document_nodes.Row] = []
     for k, (values, at) in enumerate(plan_combinations):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
@@ -253,8 +251,8 @@ def extreme_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
 
 
 def _extreme_tables(
-    what: str, rows: list[list[document_nodes.Cell]], of: bool = False, detail: bool = False
-) -> Iterator[document_nodes.Node]:
+    what: str, rows: list[document_nodes.Row], of: bool = False, detail: bool = False
+) -> document_nodes.Nodes:
     """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
     they are of before these."""
     if not rows:
@@ -269,11 +267,11 @@ def _extreme_tables(
     yield document_nodes.Table((*begin, "P90", "interval", "by"), shortened, title, detail)
 
 
-def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[document_nodes.Node]:
+def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> document_nodes.Nodes:
     """Between which values each motion is, extremes of another run, stages over runs."""
     head = ("motion", "smallest", "largest")
     moving = list(over_seeds.ends_of_motions(runs))
-    ends: list[list[document_nodes.Cell]] = [
+    ends: list[document_nodes.Row] = [
         [
             motion.name,
             document_nodes.Value(np.min(motion.low), motion.unit),
@@ -316,18 +314,18 @@ def value_of(value: object, unit: str) -> document_nodes.Value | str:
 
 def _extremes_over_runs(
     ends: Iterable[over_seeds.SmallestAndLargest],
-) -> list[list[document_nodes.Cell]]:
+) -> list[document_nodes.Row]:
     """Extremes of channels that enough runs have values of."""
     return [row for ends in ends for row in _extreme_rows(ends)]
 
 
-def _extreme_rows(ends: over_seeds.SmallestAndLargest) -> Iterator[list[document_nodes.Cell]]:
+def _extreme_rows(ends: over_seeds.SmallestAndLargest) -> Iterator[document_nodes.Row]:
     """Of the smallest and of the largest value of each run."""
     for side, extreme in over_seeds.find_extremes(ends):
         yield [ends.name, side, *_extreme_cells(extreme, ends.unit)]
 
 
-def _extreme_cells(extreme: over_seeds.SeedExtremes, unit: str) -> list[document_nodes.Cell]:
+def _extreme_cells(extreme: over_seeds.SeedExtremes, unit: str) -> document_nodes.Row:
     return [
         document_nodes.Value(extreme.probable, unit),
         document_nodes.Between(*extreme.interval, unit),
@@ -351,7 +349,7 @@ def _method_text(extreme: over_seeds.SeedExtremes) -> str:
     return f"{extreme.method} ({held}{more})"
 
 
-def _stage_rows(runs: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
+def _stage_rows(runs: xr.Dataset) -> Iterator[document_nodes.Row]:
     """Stages and figures of each group over runs: mean with its interval, and their range."""
     for name in runs.contact_group.values if phases.STAGE_TIME in runs else ():
         of = runs.sel(contact_group=name)

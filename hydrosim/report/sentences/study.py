@@ -40,7 +40,7 @@ def has_results_table(plan: PlanRuns) -> bool:
     return plan.design not in SAMPLED_DESIGNS and len(plan.figures) >= MIN_FIGURES
 
 
-def results_table(plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
+def results_table(plans: Sequence[PlanRuns]) -> document_nodes.Nodes:
     """All figures at all values of the plans; nothing where a plan has a single figure."""
     plans_with_results = [plan for plan in plans if has_results_table(plan)]
     if not plans_with_results:
@@ -59,7 +59,7 @@ def results_table(plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
 
 def _plan_rows(
     plan: PlanRuns, figures: Sequence[str], several: bool
-) -> Iterator[list[document_nodes.Cell]]:
+) -> Iterator[document_nodes.Row]:
     rows_by_values: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
         rows_by_values.setdefault(series.named_values(plan, row.values) or "all", {})[
@@ -67,7 +67,7 @@ def _plan_rows(
         ] = row
     for name, by_figure in rows_by_values.items():
         runs = max(row.spread.n for row in by_figure.values())
-        study: list[document_nodes.Cell] = [plan.name.replace("_", " ")] if several else []
+        study: document_nodes.Row = [plan.name.replace("_", " ")] if several else []
         cells = [cell for figure in figures for cell in _mean_cells(by_figure[figure])]
         yield [*study, name, *cells, str(runs)]
 
@@ -86,7 +86,7 @@ def _mean_cells(row: EffectRow) -> tuple[document_nodes.Cell, document_nodes.Cel
 # Criteria of a study: the worst run against each limit, and how many runs meet it.
 
 
-def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
+def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> document_nodes.Nodes:
     """A verdict on all criteria of a study, one on each that is not met, the register with values
     of the worst run, and the criteria at each value of the parameters."""
     judged = judge_study(plans)
@@ -173,7 +173,7 @@ def _describe_by_value(
         )
 
 
-def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[document_nodes.Cell]:
+def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> document_nodes.Row:
     name, worst, _, margin, _ = run_sentences.criterion_figures(of.worst)
     at = ", ".join(filter(None, [_plan_text(of, plans), series.named_values(of.plan, of.values)]))
     return [name, at, worst, margin, run_sentences.met_or_not(of.worst), _met_count_text(of)]
@@ -219,7 +219,7 @@ def _outcome_counts(runs: xr.Dataset) -> Counter[str]:
     return Counter(map(str, runs.status.values))
 
 
-def _describe_outcome(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_outcome(runs: xr.Dataset) -> document_nodes.Nodes:
     """Whether criteria are met, how many runs are complete, why others are not, and what not all of
     them have."""
     if DESIGN in runs.attrs:
@@ -232,11 +232,9 @@ def _describe_outcome(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
         )
 
 
-def _describe_ends(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_ends(runs: xr.Dataset) -> document_nodes.Nodes:
     if GATHERED in runs.attrs:
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])]
-        )
+        yield document_nodes.warning("So far {}.", [str(runs.attrs[GATHERED])])
         return
     complete = _outcome_counts(runs)[COMPLETE]
     count = runs.sizes["run"]
@@ -285,7 +283,7 @@ def _describe_plan(title: str, runs: xr.Dataset) -> document_nodes.Sentence:
     return document_nodes.Sentence("Plan: {}, {}.", [title, text + seed_text])
 
 
-def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_results(runs: xr.Dataset) -> document_nodes.Nodes:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if DESIGN not in runs.attrs:
         text = "The file does not say its plan: it comes from simulate_many or an earlier version."
@@ -315,7 +313,7 @@ def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
             yield document_nodes.Sentence("The study file asks for no figures.")
 
 
-def _describe_values(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def _describe_values(plan: PlanRuns) -> document_nodes.Nodes:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
     head = (
@@ -345,9 +343,7 @@ def _describe_values(plan: PlanRuns) -> Iterator[document_nodes.Node]:
     yield from _plan_pictures(plan)
 
 
-def _statistic_cells(
-    plan: PlanRuns, row: EffectRow, names: Sequence[str]
-) -> list[document_nodes.Cell]:
+def _statistic_cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> document_nodes.Row:
     s = row.spread
     values = [series.value_of(row.values[name], plan.unit(name)) for name in names]
     mean = document_nodes.Value(s.mean, row.unit) if s.n else "no run has a value"
@@ -448,7 +444,7 @@ def _effect_line(plan: PlanRuns, rows: Sequence[EffectRow], axis: str) -> docume
     return document_nodes.ChartLine(y, np.sort(x), low, high, wide=np.array(wide), values=values)
 
 
-def _describe_samples(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def _describe_samples(plan: PlanRuns) -> document_nodes.Nodes:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
         rows = [
@@ -464,7 +460,7 @@ def _describe_samples(plan: PlanRuns) -> Iterator[document_nodes.Node]:
         return
     yield document_nodes.Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
-    rows_: list[list[document_nodes.Cell]] = [
+    rows_: list[document_nodes.Row] = [
         [e.figure, series.short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
         for e in sobol_indices
     ]
@@ -477,7 +473,7 @@ def _share_cells(
     return document_nodes.Value(of[0], digits=2), document_nodes.Between(of[1], of[2], digits=2)
 
 
-def _describe_case(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_case(runs: xr.Dataset) -> document_nodes.Nodes:
     """The case that all have, or that of the first run; parameters and seeds vary about it."""
     yield document_nodes.Sentence(
         "The case of the first run. Parameters of the study and seeds differ in others."
@@ -486,7 +482,7 @@ def _describe_case(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield from sections.case_nodes(runs.assign_attrs(first))
 
 
-def _study_assumptions(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _study_assumptions(runs: xr.Dataset) -> document_nodes.Nodes:
     """Warnings with how many runs have them, then what the runs have in common."""
     told = list(_frequent_warnings(runs, sections.MAX_TABLE_ROWS))
     yield from told or [document_nodes.Sentence("The runs hold no warnings.")]
@@ -494,23 +490,21 @@ def _study_assumptions(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield sections.assumptions(runs)
 
 
-def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[document_nodes.Node]:
+def _frequent_warnings(runs: xr.Dataset, most: int) -> document_nodes.Nodes:
     """The most frequent warnings, each with how many runs have it."""
     if "warnings" not in runs:
         return
     lines = Counter(line for text in runs.warnings.values for line in str(text).splitlines())
     of = str(runs.sizes["run"])
     for line, n in lines.most_common(most):
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of]
-        )
+        yield document_nodes.warning("{} ({} of {} runs)", [line, str(n), of])
     if len(lines) > most:
         yield document_nodes.Sentence(
             "{} more warnings are in the report.", [str(len(lines) - most)]
         )
 
 
-def _describe_convergence(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_convergence(runs: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Sentence(
         "Intervals are over seeds alone. hydrosim analyse --converge compares steps and methods for"
         " the case."
@@ -528,7 +522,7 @@ def _describe_convergence(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
         yield document_nodes.Table(("evidence", "found", "warned of beyond"), rows)
 
 
-def _measured_errors(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _measured_errors(runs: xr.Dataset) -> document_nodes.Nodes:
     """Errors of motions by the steps of the solver, with the values of the runs that measured
     them."""
     measured = np.flatnonzero(runs[RELATIVE].notnull()) if RELATIVE in runs else np.zeros(0, int)
@@ -538,7 +532,7 @@ def _measured_errors(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     axes = [plan.axis(p) for plan in effects.plans(runs) for p in plan.parameters]
     runs = with_keys(runs)
     names = [name for name in ("seed", *dict.fromkeys(axes)) if runs[name].dims == ("run",)]
-    rows: list[list[document_nodes.Cell]] = []
+    rows: list[document_nodes.Row] = []
     for run in measured:
         values = [str(runs[name].values[run]) for name in names]
         rows.append(
