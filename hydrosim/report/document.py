@@ -31,34 +31,36 @@ def run_document(run: xr.Dataset) -> Document:
     if missing := [name for name in REQUIRED_COORDINATES if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
-    nodes = [*sections.title_block(run), *sections.build_sections(RUN_SECTIONS, ReportData(run))]
+    of = ReportData(run)
+    nodes = [*sections.title_block(run, of.case), *sections.build_sections(RUN_SECTIONS, of)]
     subtitle, units = _subtitle_text(run), units_of(run.attrs)
     phases, _ = run_charts.shaded_phases(run)
     return Document(sections.title_of(run), nodes, subtitle, units, time, phases)
 
 
 class ReportData:
-    """A ``run`` that is shown, and what several sections need of it: its ``statistics``, if it has
-    any, and its ``scene``, if its case can be read again."""
+    """A ``run`` that is shown, and what several sections need of it: its ``case``, its
+    ``statistics``, if it has any, and its ``scene``, if its case can be read again."""
 
     def __init__(self, run: xr.Dataset) -> None:
         self.run = run
+        self.case = sections.case_data(run)
         self.statistics = statistics.statistics_of(run)
         self.scene = scene_of(run)
 
 
 def _describe_results(of: ReportData) -> Nodes:
-    yield from statistics.main_results(of.run)
+    yield from statistics.main_results(of.run, of.case)
     if of.statistics is not None:
         yield from statistics.largest_values(of.statistics)
 
 
-def _describe_computation(run: xr.Dataset) -> Nodes:
+def _describe_computation(of: ReportData) -> Nodes:
     """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
-    yield from run_sentences.solution_verdicts(run)
-    yield from run_sentences.solver_tables(run)
-    yield from run_sentences.convergence(run)
-    yield from statistics.next_steps(run)
+    yield from run_sentences.solution_verdicts(of.run)
+    yield from run_sentences.solver_tables(of.run)
+    yield from run_sentences.convergence(of.run)
+    yield from statistics.next_steps(of.run, of.case)
 
 
 def _describe_energy(run: xr.Dataset) -> Nodes:
@@ -97,14 +99,14 @@ RUN_SECTIONS: sections.Sections[ReportData] = {
     "results": ("Results", _describe_results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
     "outcome": ("Motions and contacts", lambda of: run_sentences.result_tables(of.run)),
-    "case": ("Case", lambda of: sections.case_nodes(of.run)),
+    "case": ("Case", lambda of: sections.case_nodes(of.run, of.case)),
     "assumptions": ("Assumptions and warnings", lambda of: sections.assumption_nodes(of.run)),
     "statistics": ("Statistics", lambda of: statistics.statistics_nodes(of.run, of.statistics)),
     "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
     "series": ("Series", lambda of: _describe_series(of.run)),
     "energy": ("Energy", lambda of: _describe_energy(of.run)),
     "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
-    "computation": ("How it was computed", lambda of: _describe_computation(of.run)),
+    "computation": ("How it was computed", _describe_computation),
 }
 """Sections by name: the heading, and the function that gives its nodes."""
 

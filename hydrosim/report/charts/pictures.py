@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from hydrosim.case.tables import plain, seas
+from hydrosim.case.tables import seas
 from hydrosim.dofs import DOFS
 from hydrosim.elements.kind import Topic
 from hydrosim.errors import InputError
@@ -33,6 +33,7 @@ from hydrosim.report.charts.panels import (
     merge_equal_lines,
     picture,
 )
+from hydrosim.report.sentences.sections import case_data
 from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.phases import CONTACT_WEIGHT
 from hydrosim.results.variables import TENSIONS
@@ -293,7 +294,7 @@ def _picture_frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureF
     title = run.attrs.get("title", "")
     status = run.attrs.get("status", "complete")
     title = title if status == "complete" else f"{title} ({status})"
-    remarks = seas(plain(str(run.attrs.get("case_resolved", ""))))
+    remarks = seas(case_data(run))
     if length := coarse(run.time.values, window):
         remarks.append(f"bands: smallest to largest of each {length:g} s; lines: mean")
     shaded, phases_text = run_charts.shaded_phases(run)

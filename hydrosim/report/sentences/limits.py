@@ -51,7 +51,8 @@ HOUR_S = 3600.0
 def limits_document(limits: xr.Dataset) -> Document:
     """The report of limits of operation."""
     units = units_of(limits.attrs)
-    nodes = [*sections.title_block(limits), *sections.build_sections(LIMIT_SECTIONS, limits)]
+    block = sections.title_block(limits, sections.case_data(limits))
+    nodes = [*block, *sections.build_sections(LIMIT_SECTIONS, limits)]
     return Document(sections.title_of(limits), nodes, _subtitle_text(limits), units)
 
 
@@ -320,7 +321,7 @@ def _describe_case(limits: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Sentence(
         "The case of all seas. Heights, peak periods, headings and seeds are those of the study."
     )
-    yield from sections.case_nodes(limits)
+    yield from sections.case_nodes(limits, sections.case_data(limits))
 
 
 def _limit_assumptions(limits: xr.Dataset) -> document_nodes.Nodes:

@@ -70,6 +70,11 @@ def lines_of(result: xr.Dataset, attribute: str) -> list[str]:
     return str(result.attrs.get(attribute, "")).splitlines()
 
 
+def case_data(result: xr.Dataset) -> dict[str, Any]:
+    """The case of a result with every default; empty if it holds none."""
+    return plain(str(result.attrs.get("case_resolved", "")))
+
+
 def attribute_text(value: Any) -> str:
     """An attribute of a result: lines as sentences, numbers as numbers."""
     if isinstance(value, str):
@@ -122,24 +127,23 @@ LABELS = {
 }
 
 
-def title_block(result: xr.Dataset) -> document_nodes.Nodes:
+def title_block(result: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """Project, client, author and revision as the case gives them; remarks; the seas."""
     block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
     rows: list[document_nodes.Row] = [
         [label, block[key]] for key, label in LABELS.items() if key in block
     ]
-    rows += [["Sea", sea] for sea in _sea_texts(result)]
+    rows += [["Sea", sea] for sea in _sea_texts(result, case)]
     rows.append(["Computed by", str(result.attrs.get("program", "hydrosim"))])
     yield document_nodes.Table(("", ""), rows)
     if "remarks" in block:
         yield document_nodes.Sentence("{}", [block["remarks"]])
 
 
-def _sea_texts(result: xr.Dataset) -> list[str]:
+def _sea_texts(result: xr.Dataset, case: Mapping[str, Any]) -> list[str]:
     if told := lines_of(result, "seas"):
         return told
-    data = plain(str(result.attrs.get("case_resolved", "")))
-    return seas(data, units_of(result.attrs)) if data else []
+    return seas(case, units_of(result.attrs)) if case else []
 
 
 # Basis of a run: its case, what was assumed, left out or warned of.
@@ -167,17 +171,16 @@ OF_BODIES = {
 }
 
 
-def case_nodes(run: xr.Dataset) -> document_nodes.Nodes:
+def case_nodes(run: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """The case in short, as it was written, and with every default."""
-    data = plain(str(run.attrs.get("case_resolved", "")))
-    yield from case_tables(data)
+    yield from case_tables(case)
     if text := run.attrs.get("case"):
         yield document_nodes.Code(
             "The case as it was written, with its units and remarks", str(text)
         )
     if text := run.attrs.get("case_resolved"):
         yield document_nodes.Code("The case with every default, in SI and radians", str(text))
-    if not (data or run.attrs.get("case")):
+    if not (case or run.attrs.get("case")):
         yield document_nodes.Sentence(
             "The result does not hold its case. It was made from Python or otherwise."
         )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -391,12 +391,12 @@ MORE_SEAS = (
 WARNINGS_HINT = '{} under "Assumptions and warnings". Read {} before you use the results.'
 
 
-def main_results(run: xr.Dataset) -> document_nodes.Nodes:
+def main_results(run: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """Criteria met or not, how the run ended, for which sea, what is doubtful, and which loads are
     too large."""
     yield from list(run_sentences.criteria_nodes(run)) or [document_nodes.Sentence(NO_CRITERIA)]
     yield run_sentences.status_verdict(run)
-    if _is_of_random_waves(run):
+    if _is_of_random_waves(case):
         drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
         yield document_nodes.Sentence(ONE_SEA, [", ".join(map(str, drawn))])
     yield from (
@@ -410,17 +410,19 @@ def main_results(run: xr.Dataset) -> document_nodes.Nodes:
         yield document_nodes.warning(WARNINGS_HINT, words)
 
 
-def next_steps(run: xr.Dataset) -> document_nodes.Nodes:
+def next_steps(run: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """Criteria and seeds that the run lacks, and how to have them."""
     if not list(run_sentences.criteria_nodes(run)):
         yield document_nodes.Sentence(CRITERIA_HINT)
-    if _is_of_random_waves(run):
+    if _is_of_random_waves(case):
         yield document_nodes.Sentence(MORE_SEAS)
 
 
-def _is_of_random_waves(run: xr.Dataset) -> bool:
-    """Whether waves or gusts of the run are drawn at random."""
-    return np.size(run.attrs.get("seeds", [])) > 0
+def _is_of_random_waves(case: Mapping[str, Any]) -> bool:
+    """Whether waves or gusts of a case are drawn at random."""
+    water = case.get("environment") or {}
+    gusts = (water.get("wind") or {}).get("gusts")
+    return bool(gusts) or any("seed" in train for train in water.get("waves") or [])
 
 
 def largest_values(statistics: xr.Dataset) -> document_nodes.Nodes:

@@ -195,7 +195,10 @@ INTERVALS_NOTE = (
 
 def study_document(runs: xr.Dataset) -> Document:
     """The report of a file of many runs."""
-    nodes = [*sections.title_block(runs), *sections.build_sections(STUDY_SECTIONS, runs)]
+    nodes = [
+        *sections.title_block(runs, sections.case_data(runs)),
+        *sections.build_sections(STUDY_SECTIONS, runs),
+    ]
     return Document(sections.title_of(runs), nodes, counts_by_status(runs), units_of(runs.attrs))
 
 
@@ -479,7 +482,8 @@ def _describe_case(runs: xr.Dataset) -> document_nodes.Nodes:
         "The case of the first run. Parameters of the study and seeds differ in others."
     )
     first = {name: str(runs[name].values[0]) for name in ("case", "case_resolved") if name in runs}
-    yield from sections.case_nodes(runs.assign_attrs(first))
+    one_run = runs.assign_attrs(first)
+    yield from sections.case_nodes(one_run, sections.case_data(one_run))
 
 
 def _study_assumptions(runs: xr.Dataset) -> document_nodes.Nodes:
