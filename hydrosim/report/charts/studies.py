@@ -218,9 +218,9 @@ def _draw_band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNa
     """Draw the mean over the values with its interval, and the band of 90 % of the seeds. A line
     joins numbers; other values have no order, so they are points with bars. Several parameters are
     in the order of their combinations."""
-    axis = axes[0]
+    rows, axis = [row for row in effects.rows(plan) if row.figure == figure], axes[0]
     numeric = numeric_axis(plan) if len(plan.parameters) == 1 else ""
-    (line,) = effect_chart(plan, figure, numeric).lines.values()
+    (line,) = effect_chart(plan, rows, numeric).lines.values()
     x = _read_values(plan, numeric, line.x) if numeric else line.x
     mean, low, high, wide = (
         _read_values(plan, figure, of) for of in (line.y, line.low, line.high, line.wide)
@@ -240,7 +240,7 @@ def _draw_band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNa
         runs = _read_values(plan, figure, values)
         axis.plot(np.full(runs.size, place), runs, ".", color="0.4", markersize=3)
     if not numeric:
-        every = [[*values.values()] for values, _ in effects.combinations(plan)]
+        every = [[*row.values.values()] for row in _effect_rows(plan, figure)]
         combined = [v[0] if len(v) == 1 else ", ".join(map(value_text, v)) for v in every]
         axis.set_xticks(x, names.names_of(combined))
         axis.set_xlim(-0.6, x.size - 0.4)

@@ -335,12 +335,12 @@ FIGURES: dict[str, tuple[Callable[[np.ndarray], float], str, int]] = {
     "largest": (np.max, "", 4),
     "at the end": (lambda x: x[-1], "", 4),
     "share of zeros": (lambda x: np.mean(x == 0), "share", 2),
-    "count": (lambda x: x[-1], "1", 9),
+    "count": (lambda x: x[-1], "1", 0),
     "largest force": (lambda load: _largest_norm(load[:, :3]), "N", 4),
     "largest moment": (lambda load: _largest_norm(load[:, 3:]), "N m", 4),
 }
 """Figures of a variable over time (nt, ...), each with its SI unit, by default that of the
-variable, and its digits."""
+variable, and its digits; without digits it is a whole number."""
 
 
 def _unit_tables(run: xr.Dataset, first: int, end: int) -> Iterator[Table]:
@@ -370,7 +370,10 @@ def _figure_cell(run: xr.Dataset, name: str, column: SummaryColumn, dim: str, un
         return ""
     figure, shown_unit, digits = FIGURES[column.figure]
     values = run[name].sel({dim: unit}).transpose("time", ...).values
-    return Value(float(figure(values)), shown_unit or units_along(run, name)[unit], digits)
+    number = float(figure(values))
+    if not digits:
+        return f"{number:.0f}"
+    return Value(number, shown_unit or units_along(run, name)[unit], digits)
 
 
 def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[Row]:

@@ -343,7 +343,7 @@ def _describe_values(plan: PlanRuns) -> document_nodes.Nodes:
         _difference_sentence(plan, difference) for difference in _differences_of_plan(plan)
     ]:
         yield document_nodes.List(told, "What the parameters change:", detail=again)
-    yield from _plan_pictures(plan)
+    yield from _plan_pictures(plan, rows)
 
 
 def _statistic_cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> document_nodes.Row:
@@ -397,11 +397,11 @@ def _difference_sentence(plan: PlanRuns, of: Difference) -> document_nodes.Sente
     return document_nodes.Sentence(f"{text}.", parts)
 
 
-def _plan_pictures(plan: PlanRuns) -> Iterator[document_nodes.Chart]:
+def _plan_pictures(plan: PlanRuns, rows: Sequence[EffectRow]) -> Iterator[document_nodes.Chart]:
     """Each figure over the first parameter that is a number, a line for each value of others."""
     axis = "" if plan.design == "one_at_a_time" else numeric_axis(plan)
     for figure in plan.figures if axis else ():
-        chart = effect_chart(plan, figure, axis)
+        chart = effect_chart(plan, [row for row in rows if row.figure == figure], axis)
         if len(chart.lines) <= MAX_LINES_PER_CHART:
             yield chart
 
@@ -412,10 +412,11 @@ def numeric_axis(plan: PlanRuns) -> str:
     return next((axis for axis in axes if plan.runs[axis].dtype.kind in "if"), "")
 
 
-def effect_chart(plan: PlanRuns, figure: str, axis: str) -> document_nodes.Chart:
-    """Means of a figure over the numbers of an ``axis``, a line for each combination of the values
-    of other parameters. Without an axis there is one line over all combinations, in their order."""
-    rows = [row for row in effects.rows(plan) if row.figure == figure]
+def effect_chart(plan: PlanRuns, rows: Sequence[EffectRow], axis: str = "") -> document_nodes.Chart:
+    """The means in the ``rows`` of a figure over the numbers of an ``axis``, a line for each
+    combination of the values of other parameters. Without an axis there is one line over all
+    combinations, in their order."""
+    figure = rows[0].figure
     rows_by_line: dict[str, list[EffectRow]] = {}
     for row in rows:
         others = _other_parameters(plan, row, axis) if axis else ()
@@ -424,7 +425,7 @@ def effect_chart(plan: PlanRuns, figure: str, axis: str) -> document_nodes.Chart
     return document_nodes.Chart(
         f"{figure}: means over seeds with their 90 % intervals",
         figure,
-        rows[0].unit if rows else "",
+        rows[0].unit,
         lines,
         x_label=series.short_key(axis),
         x_unit=plan.unit(axis) if axis else "",
