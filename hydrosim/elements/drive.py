@@ -20,7 +20,15 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements.kind import Columns, ElementKind, Layout, UnitRecord, Variable
+from hydrosim.elements.kind import (
+    ChartHint,
+    Columns,
+    ElementKind,
+    Layout,
+    Topic,
+    UnitRecord,
+    Variable,
+)
 from hydrosim.elements.signal import SIGNAL, compile_signals, corners, find_motion, find_piece
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import NO_INDEX
@@ -205,7 +213,10 @@ class DriveKind(ElementKind):
     unit = "drive"
     variables: ClassVar[Mapping[str, Variable]] = {
         "drive_force": Variable(
-            "force or moment of a drive along the motion that it prescribes", "N or N m"
+            "force or moment of a drive along the motion that it prescribes",
+            "N or N m",
+            chart=ChartHint("Force of drives", "drive force", Topic.DRIVES),
+            is_detail=True,
         ),
     }
 

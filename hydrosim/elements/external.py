@@ -39,7 +39,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements.kind import Columns, ElementKind, Layout, StateBlocks, UnitRecord, Variable
+from hydrosim.elements.kind import (
+    NO_CHART,
+    Columns,
+    ElementKind,
+    Layout,
+    StateBlocks,
+    SummaryColumn,
+    Topic,
+    UnitRecord,
+    Variable,
+)
 from hydrosim.errors import InputError
 from hydrosim.files.interrupts import catching
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
@@ -659,9 +669,20 @@ def write_outputs(y, p, out):
 class ExternalKind(ElementKind):
     unit = "external"
     variables: ClassVar = {
-        "external_calls": Variable("calls of the function of an external force so far", "1"),
+        "external_calls": Variable(
+            "calls of the function of an external force so far",
+            "1",
+            chart=NO_CHART._replace(rank=Topic.CAPACITIES),
+            summary=[SummaryColumn("calls", "count")],
+            row_label="external force",
+            is_detail=True,
+        ),
         "external_delay_energy": Variable(
-            "energy that the delay of an external force has given to the bodies", "J"
+            "energy that the delay of an external force has given to the bodies",
+            "J",
+            chart=NO_CHART._replace(rank=Topic.CAPACITIES),
+            summary=[SummaryColumn("energy of its delay", "at the end")],
+            is_detail=True,
         ),
     }
 

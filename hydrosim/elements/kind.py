@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import IntEnum
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -247,13 +248,92 @@ class ElementLoads(NamedTuple):
     dy: np.ndarray
 
 
+class Topic(IntEnum):
+    """What the chart of a variable is about, in the order of charts. Charts up to `CLEARANCES` are
+    the overview of a run, those from `DETAILS` on are folded on pages."""
+
+    MOTIONS = 0
+    WATER = 10
+    CONTACTS = 20
+    TENSIONS = 30
+    JOINTS = 40
+    DRIVES = 50
+    COORDINATES = 60
+    LINKS = 70
+    CAPACITIES = 80
+    CLEARANCES = 90
+    DETAILS = 100
+    END = 200
+
+
+class ChartHint(NamedTuple):
+    """The chart of a variable: its ``title``, the ``quantity`` beside its axis, and its ``rank``,
+    which is its `Topic` plus its place there. Without a title there is none, but the summary of the
+    variable stands at its rank."""
+
+    title: str
+    quantity: str
+    rank: int
+
+
+NO_CHART = ChartHint("", "", Topic.END)
+
+
+class SummaryColumn(NamedTuple):
+    """A column of the summary of a run: its ``heading``, and the ``figure`` over time that stands
+    below it for each unit, a name in `report.sentences.run.FIGURES`. It is a figure of another
+    ``variable`` if one is named."""
+
+    heading: str
+    figure: str
+    variable: str = ""
+
+
 class Variable(NamedTuple):
-    """Description of a variable of a result: text, units, frame; for modes their ``flags``."""
+    """Description of a variable of a result: text, units, frame; for modes their ``flags``.
+
+    The ``summary`` are columns of a table of its units, which are called ``row_label`` there, if
+    not as their dimension. ``lowest`` is a lower bound of all values. A variable ``is_load`` if
+    capacities and the colours of a replay are about it. One that ``is_detail`` is no channel unless
+    it is asked for.
+    """
 
     long_name: str
     units: str
     frame: str = "none"
     flags: str = ""
+    chart: ChartHint = NO_CHART
+    summary: Sequence[SummaryColumn] = ()
+    lowest: float = -inf
+    is_load: bool = False
+    is_detail: bool = False
+    row_label: str = ""
+
+
+def tension_variable(
+    long_name: str,
+    frame: str,
+    title: str,
+    place: int,
+    summary: Sequence[SummaryColumn],
+    row_label: str = "",
+) -> Variable:
+    """The tension [N] of a kind of lines, in the ``place`` of its chart among those of tensions.
+    The ``summary`` are columns after those of start and mean."""
+    columns = (SummaryColumn("tension at the start", "at the start"), SummaryColumn("mean", "mean"))
+    chart = ChartHint(title, "tension", Topic.TENSIONS + place)
+    hints = chart, (*columns, *summary), 0.0
+    return Variable(long_name, "N", frame, "", *hints, is_load=True, row_label=row_label)
+
+
+def range_columns(quantity: str) -> tuple[SummaryColumn, ...]:
+    """Mean and ends of a ``quantity`` of both signs, in a summary."""
+    ends = (SummaryColumn("smallest", "smallest"), LARGEST)
+    return SummaryColumn(f"mean {quantity}", "mean"), *ends
+
+
+LARGEST = SummaryColumn("largest", "largest")
+SLACK_SHARE = SummaryColumn("slack", "share of zeros")
 
 
 class StateBlocks(NamedTuple):

@@ -18,15 +18,26 @@ from hydrosim.tanks.surface import FLUID_LEVEL
 class TankFlowKind(kind.UnitKind):
     unit = "pump"
     variables: ClassVar = {
-        "tank_level": kind.Variable("level above the bottom of the tank", "m", "tank"),
-        "tank_mass": kind.Variable("mass of the fluid in the tank", "kg"),
+        "tank_level": kind.Variable(
+            "level above the bottom of the tank",
+            "m",
+            "tank",
+            chart=kind.ChartHint("Levels of tanks", "level", kind.Topic.CLEARANCES + 1),
+            is_detail=True,
+        ),
+        "tank_mass": kind.Variable("mass of the fluid in the tank", "kg", is_detail=True),
         "pump_rate": kind.Variable(
-            "mass per time into the target, back to the source if negative", "kg/s"
+            "mass per time into the target, back to the source if negative",
+            "kg/s",
+            chart=kind.ChartHint("Pump rates", "pumped", kind.Topic.DETAILS + 8),
+            is_detail=True,
         ),
         "pump_mode": kind.Variable("mode of a flow", "1", flags="waiting running over"),
         "pump_segment": kind.Variable("piece of its rates, counted from 0", "1"),
-        "mass": kind.Variable("mass including the contents of tanks", "kg"),
-        "centre_of_gravity": kind.Variable("centre of gravity from the body's origin", "m", "body"),
+        "mass": kind.Variable("mass including the contents of tanks", "kg", is_detail=True),
+        "centre_of_gravity": kind.Variable(
+            "centre of gravity from the body's origin", "m", "body", is_detail=True
+        ),
     }
 
     def constants_in(self, parts: kind.KindConstants) -> contents.Tanks:

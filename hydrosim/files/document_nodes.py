@@ -37,7 +37,8 @@ class ChartLine:
     """A line through ``y`` (n,), or a band over several lines ``y`` (m, n), over ``x`` (n,) in SI;
     default: the time of the document. It may have intervals from ``low`` to ``high`` (n,), and
     ``remarks`` (n,) that points say when they are pointed at. Where ``y`` is unknown and beyond a
-    bound, ``bounds`` (n,) have it: a point there is open and not joined."""
+    bound, ``bounds`` (n,) have it: a point there is open and not joined. If y is a mean, pictures
+    also draw the interval ``wide`` (2, n) of single values, and the ``values`` themselves."""
 
     y: np.ndarray
     x: np.ndarray = field(default_factory=_no_values)
@@ -45,6 +46,8 @@ class ChartLine:
     high: np.ndarray = field(default_factory=_no_values)
     bounds: np.ndarray = field(default_factory=_no_values)
     remarks: Sequence[str] = ()
+    wide: np.ndarray = field(default_factory=_no_values)
+    values: Sequence[np.ndarray] = ()
 
     @property
     def peak(self) -> float:
@@ -165,6 +168,8 @@ class Sentence:
 
 Cell = Part | Sentence
 """What stands in a table."""
+Row = list[Cell]
+"""A row of a table."""
 
 
 @dataclass(frozen=True)
@@ -223,6 +228,8 @@ class Verdict:
 
 
 Node = Heading | Sentence | Table | List | Verdict | Figure
+Nodes = Iterator[Node]
+"""Nodes one after the other."""
 
 
 @dataclass(frozen=True)
@@ -251,9 +258,14 @@ class DocumentContents:
         return list(_split_sections(self.nodes))
 
 
+def warning(text: str, parts: Sequence[Part] = ()) -> Verdict:
+    """A verdict that is a warning."""
+    return Verdict(Outcome.WARNING, text, parts)
+
+
 def warnings(lines: Sequence[str]) -> list[Verdict]:
     """A verdict for each line of warning."""
-    return [Verdict(Outcome.WARNING, line) for line in lines]
+    return [warning(line) for line in lines]
 
 
 def _split_sections(nodes: Sequence[Node]) -> Iterator[Section]:

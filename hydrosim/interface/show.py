@@ -17,14 +17,9 @@ from hydrosim.errors import InputError
 from hydrosim.files import arguments
 from hydrosim.files.document import Document
 from hydrosim.interface import printed
-from hydrosim.report.sentences import comparison, limits
-from hydrosim.report.sentences.analysis import linear_document
-from hydrosim.report.sentences.run import run_document
-from hydrosim.report.sentences.series import explanation_document, named_values
-from hydrosim.report.sentences.statistics import statistics_document
-from hydrosim.report.sentences.study import counts_by_status, study_tables
+from hydrosim.report.sentences.sections import SUMMARIES, summary_of
 from hydrosim.results.channels import channel_names, match_channels
-from hydrosim.results.dataset import ResultKind, kind_of, read_run, write_run
+from hydrosim.results.dataset import read_run, write_run
 from hydrosim.results.runs_file import COMPLETE, GATHERED, is_of_runs, open_result, runs_at
 from hydrosim.simulation import open_run
 from hydrosim.statistics import explain as explaining
@@ -48,23 +43,6 @@ def _read(result: Result, read: Callable[[Path], xr.Dataset] = read_run) -> xr.D
 # Summary.
 
 
-SUMMARIES: dict[str, Callable[[xr.Dataset], Document]] = {
-    ResultKind.SET: study_tables,
-    ResultKind.STUDY: study_tables,
-    ResultKind.OPERABILITY: limits.limits_tables,
-    ResultKind.COMPARISON: comparison.comparison_tables,
-    ResultKind.SET_COMPARISON: comparison.studies_tables,
-    ResultKind.ANALYSIS: linear_document,
-}
-"""Texts of results besides runs, by kind."""
-
-
-def summary_of(dataset: xr.Dataset) -> Document:
-    """The text that a command prints of its result: a run, many runs, limits of operation, a
-    comparison, or a linear analysis."""
-    return SUMMARIES.get(kind_of(dataset), run_document)(dataset)
-
-
 def summarise(result: Result) -> printed.PrintedResult:
     """The summary of a result of any kind."""
     stored = None if isinstance(result, xr.Dataset) else open_result(Path(result), SUMMARIES)
@@ -79,6 +57,8 @@ def status_lines(runs: xr.Dataset) -> list[str]:
         return [f"so far    {runs.attrs[GATHERED]}"]
     if "status" not in runs or set(statuses := runs.status.values.tolist()) == {COMPLETE}:
         return []
+    from hydrosim.report.sentences.study import counts_by_status
+
     first = statuses.index("failed") if "failed" in statuses else None
     failed = [f"run {first}: {runs.status_message.values[first]}"] if first is not None else []
     return [counts_by_status(runs), *failed]
@@ -109,6 +89,8 @@ def find_extremes(
     if runs is not None and is_of_runs(runs):
         table = printed.table_output(output, path, overwrite=overwrite)
         files = (printed.write_table(runs, table),) if table else ()
+        from hydrosim.report.sentences.study import study_tables
+
         return printed.PrintedResult(study_tables(runs), runs, files)
     if not isinstance(result, xr.Dataset):
         arguments.require_file(path, "the result of a run or of a study (RUN.nc)")
@@ -136,6 +118,8 @@ def find_extremes(
     dataset = stats.statistics(run, begin, exposure, picked)
     if target:
         write_run(dataset, target)
+    from hydrosim.report.sentences.statistics import statistics_document
+
     document = statistics_document(run, dataset)
     remarks = tuple(printed.incomplete_run_warnings(run.attrs))
     return printed.PrintedResult(document, dataset, (target.path,) if target else (), remarks)
@@ -164,6 +148,7 @@ def explain(
     most. With ``output``, files are written as by `hydrosim show --why`.
     """
     from hydrosim.report.charts.explain import draw_explained
+    from hydrosim.report.sentences.series import explanation_document
 
     body, _, direction = direction.rpartition(".")
     if direction not in explaining.DIRECTION_AXES:
@@ -212,6 +197,8 @@ def _explain_runs(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Da
 
 def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Name of each combination of parameters of a study, with the indices of its runs."""
+    from hydrosim.report.sentences.series import named_values
+
     if "design" not in runs.attrs:
         yield "", np.arange(runs.sizes["run"])
         return

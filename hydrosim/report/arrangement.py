@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import about_z
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
-from hydrosim.files.document_nodes import Drawing, Node
-from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
+from hydrosim.files.document_nodes import Drawing, Nodes
+from hydrosim.report.replay import catenaries_at_rest, keel_of, lines_of, poses_at_rest, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
-from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
-from hydrosim.scene.winch import Winch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,9 +33,6 @@ CONTACT_LABEL_SHIFT, LINE_LABEL_SHIFT = np.array([6.0, -6.0]), np.array([6.0, 14
 PLAN, SIDE = (0, 1), (0, 2)
 SCALE_BAR_STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
-
-STRAIGHT_LINES = (Spring, Strut, Winch, Compensator, CoordinateElement)
-"""Classes of lines from a point to an anchor."""
 
 
 class DrawnBody(NamedTuple):
@@ -69,7 +63,7 @@ class SceneArrangement(NamedTuple):
     joints: dict[str, Points]
 
 
-def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
+def arrangement_nodes(run: xr.Dataset, scene: Scene | None) -> Nodes:
     """Drawing of the ``scene`` of a run; nothing if its case cannot be read again."""
     if scene is not None:
         drawn = svg(arrange_scene(scene), units_of(run.attrs))
@@ -84,14 +78,13 @@ DRAWING_NOTE = (
 
 def arrange_scene(scene: Scene) -> SceneArrangement:
     """The scene at rest, in the earth frame."""
-    turns = {body.name: about_z(body.heading) for body in scene.bodies}
-    places = {
-        b.name: turns[b.name] @ b.centre_of_gravity + [*b.location, 0.0] for b in scene.bodies
-    }
+    poses = poses_at_rest(scene)
 
     def to_earth(body: str | None, points: Sequence[float] | Points) -> Points:
         body_points = np.asarray(points, float)
-        return body_points if body is None else body_points @ turns[body].T + places[body]
+        if body is None:
+            return body_points
+        return body_points @ poses[body].turn.T + poses[body].centre
 
     bodies = []
     for body in scene.bodies:
@@ -102,16 +95,13 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
         for name, element in scene.forces.items()
         if isinstance(element, Contact)
     }
+    catenaries = catenaries_at_rest(scene)
     lines = [
-        DrawnLine(
-            name,
-            to_earth(element.body, element.point),
-            to_earth(element.anchor_body, element.anchor),
-        )
-        for name, element in scene.forces.items()
-        if isinstance(element, STRAIGHT_LINES) and element.point and element.anchor
+        DrawnLine(name, to_earth(line.body, line.point), to_earth(line.anchor_body, line.anchor))
+        for name, line in lines_of(scene).items()
+        if name not in catenaries
     ]
-    lines += [DrawnLine(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
+    lines += [DrawnLine(name, points[0], points[-1], points) for name, points in catenaries.items()]
     joints = {
         name: to_earth(joint.body, np.array([joint.point])) for name, joint in scene.joints.items()
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,61 +10,16 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
-from hydrosim.files.document_layout import digits_of
-from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
+from hydrosim.files.document_nodes import Nodes, Sentence
 from hydrosim.report import run_charts
 from hydrosim.report.arrangement import arrangement_nodes
-from hydrosim.report.evidence import EvidenceLine, Feature, features_of, lines_about
+from hydrosim.report.evidence import evidence_nodes
 from hydrosim.report.page import records_per_interval
-from hydrosim.report.replay import replay_document, replay_nodes
-from hydrosim.report.scenery import scene_of
-from hydrosim.report.sentences import comparison, sections, series, statistics
+from hydrosim.report.replay import replay_document, replay_nodes, scene_of
 from hydrosim.report.sentences import run as run_sentences
-from hydrosim.report.sentences.limits import limits_document
-from hydrosim.report.sentences.study import study_document
+from hydrosim.report.sentences import sections, statistics
 from hydrosim.results.dataset import RUN_FILE_HINT, ResultKind, kind_of, read_run
 from hydrosim.results.runs_file import RUN, open_result, open_runs
-from hydrosim.scene import Scene
-
-# Evidence about what the scene of a run uses.
-
-EVIDENCE_COLUMNS = ("claim", "against", "kind", "error", "limit")
-EVIDENCE_NOTE = (
-    "These comparisons are about parts of this scene. They were made when the program was tested,"
-    " with scenes of their own. An error is the largest that a test found, a limit the bound that"
-    " it asserts. Both are relative unless the claim names a unit."
-)
-UNKNOWN_CASE_NOTE = (
-    "The result does not hold its case, or it cannot be read again, so the evidence for what it"
-    " uses cannot be named."
-)
-
-
-def evidence_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
-    """Lines of evidence about the features of the ``scene`` of a run, and features without one."""
-    if scene is None:
-        yield Sentence(UNKNOWN_CASE_NOTE)
-        return
-    used = features_of(scene, {str(name): value for name, value in run.attrs.items()})
-    lines = lines_about(used)
-    if lines:
-        yield Sentence(EVIDENCE_NOTE)
-        yield Table(EVIDENCE_COLUMNS, [_row(line) for line in lines])
-    if bare := without_line(used, lines):
-        yield Sentence("No line of evidence is about these parts of the scene by themselves:")
-        yield List(bare)
-
-
-def without_line(used: Collection[Feature], lines: Sequence[EvidenceLine]) -> list[str]:
-    """Features that are ``used`` and that none of the ``lines`` is about."""
-    covered = {feature for line in lines for feature in line.features}
-    return [feature.value for feature in Feature if feature in used and feature not in covered]
-
-
-def _row(line: EvidenceLine) -> list[Cell]:
-    figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
-    return [line.claim, line.against, line.kind.value, *figures]
-
 
 # Report of a run: events, figures, series, energy, assumptions, evidence.
 
@@ -78,38 +32,40 @@ def run_document(run: xr.Dataset) -> Document:
         source = run.encoding.get("source", "the result")
         raise InputError(f"{source}: has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
-    nodes = [*sections.title_block(run), *sections.build_sections(RUN_SECTIONS, ReportData(run))]
+    of = ReportData(run)
+    nodes = [*sections.title_block(run, of.case), *sections.build_sections(RUN_SECTIONS, of)]
     subtitle, units = _subtitle_text(run), units_of(run.attrs)
     phases, _ = run_charts.shaded_phases(run)
     return Document(sections.title_of(run), nodes, subtitle, units, time, phases)
 
 
 class ReportData:
-    """A ``run`` that is shown, and what several sections need of it: its ``statistics``, if it has
-    any, and its ``scene``, if its case can be read again."""
+    """A ``run`` that is shown, and what several sections need of it: its ``case``, its
+    ``statistics``, if it has any, and its ``scene``, if its case can be read again."""
 
     def __init__(self, run: xr.Dataset) -> None:
         self.run = run
+        self.case = sections.case_data(run)
         self.statistics = statistics.statistics_of(run)
         self.scene = scene_of(run)
 
 
-def _describe_results(of: ReportData) -> Iterator[Node]:
-    yield from statistics.main_results(of.run)
+def _describe_results(of: ReportData) -> Nodes:
+    yield from statistics.main_results(of.run, of.case)
     if of.statistics is not None:
         yield from statistics.largest_values(of.statistics)
 
 
-def _describe_computation(run: xr.Dataset) -> Iterator[Node]:
+def _describe_computation(of: ReportData) -> Nodes:
     """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
-    yield from run_sentences.solution_verdicts(run)
-    yield from run_sentences.solver_tables(run)
-    yield from run_sentences.convergence(run)
-    yield from statistics.next_steps(run)
+    yield from run_sentences.solution_verdicts(of.run)
+    yield from run_sentences.solver_tables(of.run)
+    yield from run_sentences.convergence(of.run)
+    yield from statistics.next_steps(of.run, of.case)
 
 
-def _describe_energy(run: xr.Dataset) -> Iterator[Node]:
-    yield from series.ledger(run)
+def _describe_energy(run: xr.Dataset) -> Nodes:
+    yield from run_charts.ledger_nodes(run)
     if run.time.size > 1:
         yield from run_charts.energy_charts(run)
 
@@ -120,7 +76,7 @@ def _subtitle_text(run: xr.Dataset) -> str:
     return f"{span:g} s simulated by {run.attrs.get('program', 'hydrosim')}; status: {status}"
 
 
-def _describe_series(run: xr.Dataset) -> Iterator[Node]:
+def _describe_series(run: xr.Dataset) -> Nodes:
     if run.time.size < 2:
         yield Sentence("The run has fewer than two recorded times: there is nothing to draw.")
         return
@@ -134,7 +90,7 @@ def _describe_series(run: xr.Dataset) -> Iterator[Node]:
         )
     else:
         yield Sentence(f"Lines show every record, {step:g} s apart.")
-    yield Sentence(series.CHARTS_NOTE)
+    yield Sentence(run_charts.CHARTS_NOTE)
     if phases_text := run_charts.shaded_phases(run)[1]:
         yield Sentence("Grey and white: {}.", [phases_text])
     yield from charts
@@ -144,26 +100,26 @@ RUN_SECTIONS: sections.Sections[ReportData] = {
     "results": ("Results", _describe_results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
     "outcome": ("Motions and contacts", lambda of: run_sentences.result_tables(of.run)),
-    "case": ("Case", lambda of: sections.case_nodes(of.run)),
+    "case": ("Case", lambda of: sections.case_nodes(of.run, of.case)),
     "assumptions": ("Assumptions and warnings", lambda of: sections.assumption_nodes(of.run)),
     "statistics": ("Statistics", lambda of: statistics.statistics_nodes(of.run, of.statistics)),
     "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
     "series": ("Series", lambda of: _describe_series(of.run)),
     "energy": ("Energy", lambda of: _describe_energy(of.run)),
     "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
-    "computation": ("How it was computed", lambda of: _describe_computation(of.run)),
+    "computation": ("How it was computed", _describe_computation),
 }
 """Sections by name: the heading, and the function that gives its nodes."""
 
 
-RESULT_DOCUMENTS: dict[str, Callable[[xr.Dataset], Document]] = {
-    ResultKind.SET: study_document,
-    ResultKind.STUDY: study_document,
-    ResultKind.OPERABILITY: limits_document,
-    ResultKind.COMPARISON: comparison.comparison_document,
-    ResultKind.SET_COMPARISON: comparison.studies_document,
+REPORTS: dict[str, str] = {
+    ResultKind.SET: "study:study_document",
+    ResultKind.STUDY: "study:study_document",
+    ResultKind.OPERABILITY: "limits:limits_document",
+    ResultKind.COMPARISON: "comparison:comparison_document",
+    ResultKind.SET_COMPARISON: "comparison:studies_document",
 }
-"""Reports of results besides runs, by kind."""
+"""Reports of results besides runs, by kind: functions of `hydrosim.report.sentences`."""
 EXPECTED_RESULTS = "expected the result of `hydrosim run`, `study` or `compare`"
 
 
@@ -171,7 +127,7 @@ def report_of(path: Path) -> Document:
     """Document that presents the result in the netCDF file ``path``. The result is a run, many
     runs, limits of operation or a comparison. Raises InputError if the file holds none of
     these."""
-    result = open_result(path, RESULT_DOCUMENTS)
+    result = open_result(path, REPORTS)
     if result is None:
         return run_document(read_run(path, EXPECTED_RESULTS))
     with result:
@@ -182,7 +138,10 @@ def document_of(dataset: xr.Dataset, replay: bool = False) -> Document:
     """Document that presents a result in memory, or the replay of a run alone."""
     if replay:
         return replay_document(dataset)
-    return RESULT_DOCUMENTS.get(kind_of(dataset), run_document)(dataset)
+    kind = kind_of(dataset)
+    if kind not in REPORTS:
+        return run_document(dataset)
+    return sections.make_document(REPORTS[kind], dataset)
 
 
 def replay_of(path: Path) -> Document:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hydrosim import elements
 from hydrosim import scene as scenes
+from hydrosim.files.document_layout import digits_of
+from hydrosim.files.document_nodes import List, Nodes, Row, Sentence, Table
 from hydrosim.scene.damping import QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import Link, Spring
 from hydrosim.scene.loads import AppliedForce
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Features of scenes that evidence is about.
 
@@ -260,3 +265,43 @@ def known_lines() -> tuple[EvidenceLine, ...]:
 def lines_about(used: Collection[Feature]) -> list[EvidenceLine]:
     """Lines whose features are all ``used``."""
     return [line for line in known_lines() if set(line.features) <= set(used)]
+
+
+# Evidence about what the scene of a run uses, in its report.
+
+EVIDENCE_COLUMNS = ("claim", "against", "kind", "error", "limit")
+EVIDENCE_NOTE = (
+    "These comparisons are about parts of this scene. They were made when the program was tested,"
+    " with scenes of their own. An error is the largest that a test found, a limit the bound that"
+    " it asserts. Both are relative unless the claim names a unit."
+)
+UNKNOWN_CASE_NOTE = (
+    "The result does not hold its case, or it cannot be read again, so the evidence for what it"
+    " uses cannot be named."
+)
+
+
+def evidence_nodes(run: xr.Dataset, scene: scenes.Scene | None) -> Nodes:
+    """Lines of evidence about the features of the ``scene`` of a run, and features without one."""
+    if scene is None:
+        yield Sentence(UNKNOWN_CASE_NOTE)
+        return
+    used = features_of(scene, {str(name): value for name, value in run.attrs.items()})
+    lines = lines_about(used)
+    if lines:
+        yield Sentence(EVIDENCE_NOTE)
+        yield Table(EVIDENCE_COLUMNS, [_row(line) for line in lines])
+    if bare := without_line(used, lines):
+        yield Sentence("No line of evidence is about these parts of the scene by themselves:")
+        yield List(bare)
+
+
+def without_line(used: Collection[Feature], lines: Sequence[EvidenceLine]) -> list[str]:
+    """Features that are ``used`` and that none of the ``lines`` is about."""
+    covered = {feature for line in lines for feature in line.features}
+    return [feature.value for feature in Feature if feature in used and feature not in covered]
+
+
+def _row(line: EvidenceLine) -> Row:
+    figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
+    return [line.claim, line.against, line.kind.value, *figures]

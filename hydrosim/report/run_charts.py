@@ -8,26 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from operator import itemgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.files.document_nodes import Chart, ChartLine, ShadedPhase
+from hydrosim.elements.kind import Topic
+from hydrosim.files.document_nodes import Chart, ChartLine, Nodes, ShadedPhase, Table, Value
 from hydrosim.files.series import units_along
 from hydrosim.results import phases
-from hydrosim.results.channels import (
-    COORDINATE_LINKS,
-    TENSIONS,
-    channel_names,
-    channel_series,
-    group_by_size,
-)
+from hydrosim.results.channels import channel_names, channel_series, group_by_size
+from hydrosim.results.variables import TENSIONS, VARIABLES
 from hydrosim.statistics.results import crawl
 
 if TYPE_CHECKING:
     import xarray as xr
 
+CHARTS_NOTE = (
+    "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
+    " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
+    " its line."
+)
 NEGLIGIBLE_MOTION = 1e-6
 """In m or rad: smaller motions count as none; of the largest crawl, that along other axes."""
 ROUNDING_FRACTION = 1e-9
@@ -39,114 +41,45 @@ LOAD_LABELS = ("force", "moment")
 LOAD_OF_DOF = ("N", "N m")
 
 
-class ChartedVariable(NamedTuple):
-    """The chart of a variable: its title, the quantity beside its axis, its SI unit; default: the
-    unit of each line, with a chart for each unit."""
-
-    title: str
-    quantity: str
-    unit: str = ""
-
-
-def _link_variables(name: str, title: str) -> dict[str, ChartedVariable]:
-    labels = {dim: dim.replace("_", " ") for dim in COORDINATE_LINKS}
-    return {
-        f"{dim}_{name}": ChartedVariable(f"{label.capitalize()}: {title}", f"{label} {title}")
-        for dim, label in labels.items()
-    }
-
-
-LINK_LOADS = _link_variables("load", "load")
-LINK_PLACES = _link_variables("place", "place")
-VARIABLES = {
-    "wave_elevation": ChartedVariable("Wave elevation at the origin", "wave elevation", "m"),
-    "wind_speed": ChartedVariable("Wind speed at 10 m", "wind speed", "m/s"),
-    "fender_normal_force": ChartedVariable("Normal force of contacts", "normal force", "N"),
-    "spring_tension": ChartedVariable("Tension of lines", "tension", "N"),
-    "line_tension": ChartedVariable("Tension of catenaries at the fairlead", "tension", "N"),
-    "winch_tension": ChartedVariable("Tension of winches", "tension", "N"),
-    "compensator_tension": ChartedVariable("Tension of compensators", "tension", "N"),
-    "joint_position": ChartedVariable("Motions of joints", "joint motion"),
-    "joint_motion_force": ChartedVariable(
-        "Springs, damping, stops and friction in joints", "spring, damping, stops and friction"
-    ),
-    "joint_velocity": ChartedVariable("Rates of joints", "joint rate"),
-    "drive_force": ChartedVariable("Force of drives", "drive force"),
-    **LINK_LOADS,
-    **LINK_PLACES,
-    "strut_force": ChartedVariable("Force of struts", "strut force", "N"),
-    "torsion_moment": ChartedVariable("Moment of torsion springs", "torsion moment", "N m"),
-    "pto_power": ChartedVariable("Power of power take-offs", "absorbed power", "W"),
-    "clearance": ChartedVariable("Clearances", "clearance", "m"),
-    "tank_level": ChartedVariable("Levels of tanks", "level", "m"),
-    "pump_rate": ChartedVariable("Pump rates", "pumped", "kg/s"),
-    "slow_draught": ChartedVariable("Slow draught", "slow draught", "m"),
-    "contact_load": ChartedVariable("Load of groups of contacts", "load", "N"),
-    "fender_slip_distance": ChartedVariable("Distance slipped", "slip distance", "m"),
-    "fender_dissipated": ChartedVariable("Friction loss of contacts", "friction loss", "J"),
-    "line_anchor_tension": ChartedVariable(
-        "Tension of catenaries at the anchor", "anchor tension", "N"
-    ),
-    "line_grounded": ChartedVariable("Length of catenaries on the seabed", "grounded length", "m"),
-    "winch_length": ChartedVariable("Length off the drums of winches", "length off the drum", "m"),
-    "winch_speed": ChartedVariable("Speed of pay-out of winches", "pay-out speed", "m/s"),
-    "compensator_stroke": ChartedVariable("Stroke of compensators", "stroke", "m"),
-    "strut_length": ChartedVariable("Length of struts", "strut length", "m"),
-    "torsion_angle": ChartedVariable("Twist of torsion springs", "twist", "rad"),
-    "guide_force": ChartedVariable("Force of guides", "guide force", "N"),
-    "wave_elevation_at_probe": ChartedVariable("Waves at probes", "wave elevation", "m"),
-}
-ENVIRONMENT = ("wave_elevation", "wind_speed")
-LINKS = (
-    *LINK_LOADS,
-    *("strut_force", "winch_length", "compensator_stroke", "torsion_moment", "pto_power"),
-)
-OVERVIEW = (
-    *("motions", *ENVIRONMENT, "fender_normal_force", "fender_mode", "crawl", *TENSIONS),
-    *("joint_position", "drive_force", *LINKS, "utilisation"),
-)
-"""What people look at first."""
-OPEN_ON_PAGES = (*OVERVIEW, "clearance", "tank_level", "slow_draught", "transferred")
-FOLDED_ON_PAGES = (
-    *("contact_load", "compression", "gap", "fender_slip_distance", "fender_dissipated"),
-    *("line_anchor_tension", "line_grounded", "winch_speed", "strut_length", "torsion_angle"),
-    *("guide_force", "pump_rate", "wave_elevation_at_probe", *LINK_PLACES, "joint_velocity"),
-    *("joint_motion_force", "joint_loads", "joint_components", "friction", "velocities", "forces"),
-)
-
-
 def charts_named(run: xr.Dataset, names: Iterable[str]) -> list[Chart]:
-    """Those charts of a run, of `VARIABLES` and of `DERIVED`, that show more than zeros."""
+    """Those charts of a run, of variables and of `DERIVED`, that show more than zeros."""
     every = (
         chart
         for name in names
-        for chart in (DERIVED[name](run) if name in DERIVED else _charts_of_variable(run, name))
+        for chart in (DERIVED[name][1](run) if name in DERIVED else _charts_of_variable(run, name))
     )
     return [chart for chart in every if chart.modes or chart.peak > 0.0]
 
 
+def charts_about(run: xr.Dataset, first: int, end: int) -> list[Chart]:
+    """Charts of a run from the `Topic` ``first`` up to, and without, the ``end``."""
+    return charts_named(run, [name for name, rank in RANKS.items() if first <= rank < end])
+
+
 def page_charts(run: xr.Dataset) -> list[Chart]:
     """All charts of a run but those of its energies; more of them are folded than open."""
-    folded = charts_named(run, FOLDED_ON_PAGES)
+    folded = charts_about(run, Topic.DETAILS, Topic.END)
     return [
-        *charts_named(run, OPEN_ON_PAGES),
+        *charts_about(run, Topic.MOTIONS, Topic.DETAILS),
         *(replace(chart, folded=True) for chart in folded),
     ]
 
 
 def _charts_of_variable(run: xr.Dataset, name: str) -> Iterator[Chart]:
     """Charts of lines of one unit; of loads, small ones have a chart of their own."""
-    if name not in run or not run[name].dims:
+    title, quantity, _ = VARIABLES[name].chart
+    if not title or name not in run or not run[name].dims:
         return
-    title, quantity, unit = VARIABLES[name]
     lines = _lines_along(run[name])
-    units = dict.fromkeys(lines, unit) if unit else units_along(run, name)
-    order = [] if name.startswith("fender_") else [*lines]
+    unit = VARIABLES[name].units
+    units = units_along(run, name) if " or " in unit else dict.fromkeys(lines, unit)
+    groups = _contact_groups(run) if "fender" in run[name].dims else {}
+    order = [] if "fender" in run[name].dims else [*lines]
+    if name in TENSIONS.values():
+        groups = dict.fromkeys(lines, "")
     for unit in dict.fromkeys(units.values()):
         alike = {label: line for label, line in lines.items() if units[label] == unit}
-        yield from _split_by_size(
-            Chart(title, quantity, unit, alike, "", order, _groups_of(run, name))
-        )
+        yield from _split_by_size(Chart(title, quantity, unit, alike, "", order, groups))
 
 
 def _split_by_size(chart: Chart) -> Iterator[Chart]:
@@ -162,14 +95,6 @@ def _split_by_size(chart: Chart) -> Iterator[Chart]:
 def _names_text(names: Sequence[str]) -> str:
     """Names of lines, or the first of many."""
     return f"{names[0]} and {len(names) - 1} more" if len(names) > 2 else ", ".join(names)
-
-
-def _groups_of(run: xr.Dataset, name: str) -> Mapping[str, str]:
-    """Groups in which pictures draw the lines of a variable, where there are many."""
-    if name in TENSIONS:
-        dim = name.partition("_")[0]
-        return dict.fromkeys(map(str, run[dim].values), "")
-    return _contact_groups(run) if name.startswith("fender_") else {}
 
 
 def _contact_groups(run: xr.Dataset) -> dict[str, str]:
@@ -374,6 +299,21 @@ def energy_charts(run: xr.Dataset) -> list[Chart]:
     return [*charts, Chart("Residual of the ledger", "residual", "J", residual, folded=True)]
 
 
+def ledger_nodes(run: xr.Dataset) -> Nodes:
+    """What became of the energy from start to end."""
+    if run.time.size < 1:
+        return
+    kinetic = run.energy_kinetic.values
+    rows = [("kinetic", Value(float(kinetic[-1]), "J"), "held at the end")]
+    for part, label in ENERGY_LABELS.items():
+        for name in ledger_names(run, part):
+            value = float(run[f"energy_{part}_{name}"].values[-1])
+            rows.append((name.replace("_", " "), Value(value, "J"), label))
+    last = float(run.energy_residual.values[-1])
+    rows.append(("residual", Value(last, "J"), "not accounted for"))
+    yield Table(("energy", "at the end", "what it is, since the start"), rows)
+
+
 def ledger_names(run: xr.Dataset, part: str) -> list[str]:
     """Names of the energies of a part of the ledger that are not zero throughout."""
     start = f"energy_{part}_"
@@ -381,21 +321,25 @@ def ledger_names(run: xr.Dataset, part: str) -> list[str]:
     return [name.removeprefix(start) for name in names if run[name].values.any()]
 
 
-DERIVED: Mapping[str, Callable[[xr.Dataset], Iterable[Chart]]] = {
-    "motions": motion_charts,
-    "velocities": _velocity_charts,
-    "forces": _force_charts,
-    "joint_loads": _joint_load_charts,
-    "joint_components": _joint_component_charts,
-    "fender_mode": _mode_charts,
-    "compression": _compression_charts,
-    "gap": _gap_charts,
-    "crawl": _crawl_charts,
-    "friction": friction_charts,
-    "transferred": _transfer_charts,
-    "utilisation": _utilisation_charts,
+DERIVED: Mapping[str, tuple[int, Callable[[xr.Dataset], Iterable[Chart]]]] = {
+    "motions": (Topic.MOTIONS, motion_charts),
+    "fender_mode": (Topic.CONTACTS + 1, _mode_charts),
+    "crawl": (Topic.CONTACTS + 2, _crawl_charts),
+    "utilisation": (Topic.CAPACITIES, _utilisation_charts),
+    "transferred": (Topic.CLEARANCES + 3, _transfer_charts),
+    "compression": (Topic.DETAILS + 1, _compression_charts),
+    "gap": (Topic.DETAILS + 2, _gap_charts),
+    "joint_loads": (Topic.DETAILS + 13, _joint_load_charts),
+    "joint_components": (Topic.DETAILS + 14, _joint_component_charts),
+    "friction": (Topic.DETAILS + 15, friction_charts),
+    "velocities": (Topic.DETAILS + 16, _velocity_charts),
+    "forces": (Topic.DETAILS + 17, _force_charts),
 }
-"""Charts by name that are not of one variable."""
+"""Charts by name that are not of one variable, with their ranks."""
+RANKS = {name: variable.chart.rank for name, variable in VARIABLES.items()}
+RANKS |= {name: rank for name, (rank, _) in DERIVED.items()}
+RANKS = dict(sorted(RANKS.items(), key=itemgetter(1)))
+"""The rank of each chart, in their order."""
 
 
 # Arrangements of charts that pictures have.

@@ -32,59 +32,19 @@ from hydrosim.files.messages import suggestion
 from hydrosim.files.series import columns_of, select
 from hydrosim.files.text import Source
 from hydrosim.files.yaml_nodes import with_hint
+from hydrosim.results.variables import BY_RANK, ELEMENT_VARIABLES, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 RUN = Source(Path("run"))
-COORDINATE_LINKS = ("spring_damper", "gas_spring", "stop", "dry_friction")
-"""Dimensions of links along any coordinate."""
-LINKS = (
-    "line_*",
-    "winch_*",
-    "compensator_*",
-    "strut_*",
-    "torsion_*",
-    "pto_*",
-    "bushing_*",
-    "joint_*",
-    *(f"{dim}_*" for dim in COORDINATE_LINKS),
-)
-DEFAULT_CHANNELS = (
-    "position.*",
-    "velocity.*",
-    "wave_elevation",
-    "wind_speed",
-    "force_*",
-    "fender_*",
-    "spring_*",
-    *LINKS,
-)
+DEFAULT_VARIABLES = {
+    *("position", "velocity", "wave_elevation", "wind_speed"),
+    *(name for name, variable in ELEMENT_VARIABLES.items() if not variable.is_detail),
+}
+"""Variables whose channels are taken if none are named; forces on bodies beside these."""
 TO = " to "  # between two points
 MAX_NAMES_SHOWN = 40  # names in a message
-CAPABLE = {
-    "fender": "fender_normal_force",
-    "spring": "spring_tension",
-    "line": "line_tension",
-    "winch": "winch_tension",
-    "compensator": "compensator_tension",
-    "strut": "strut_force",
-}
-"""Units that may have a capacity (`fender_capacity`, `strut_capacity`), and the load that is
-compared with it."""
-LINES = ("spring", "line", "winch", "compensator")
-"""Units that pull."""
-TENSIONS = tuple(CAPABLE[dim] for dim in LINES)
-NEVER_NEGATIVE = (
-    "fender_normal_force",
-    *TENSIONS,
-    *("line_anchor_tension", "line_grounded"),
-    "offset",
-    "speed",
-    "relative_speed",
-    "utilisation",
-)
-"""Kinds of channels that are never negative: contacts only push, lines only pull."""
 
 
 class Channel(NamedTuple):
@@ -101,7 +61,9 @@ def recorded_channels(run: xr.Dataset) -> list[Channel]:
 
 def lowest_value(name: str) -> float:
     """Lower bound of a channel, or of the channels of a variable."""
-    return 0.0 if name.partition(".")[0] in NEVER_NEGATIVE else -np.inf
+    kind = name.partition(".")[0]
+    described = VARIABLES.get(kind) or CHANNEL_KINDS.get(kind)
+    return -np.inf if described is None else described.lowest
 
 
 def channel_names(run: xr.Dataset) -> list[str]:
@@ -149,13 +111,12 @@ def _channel_hint(name: str, channels: Sequence[str]) -> str:
 
 
 def default_channels(run: xr.Dataset) -> list[str]:
-    """Channels of motions, waves, forces, fenders, springs, struts and bushings that are not zero
-    throughout."""
-    columns = columns_of(run)
+    """Channels of `DEFAULT_VARIABLES` and of forces that are not zero throughout."""
     return [
         name
-        for name in columns
-        if _matches_any(name, DEFAULT_CHANNELS) and select(RUN, run, name)[0].any()
+        for name in columns_of(run)
+        if (name.startswith("force_") or name.partition(".")[0] in DEFAULT_VARIABLES)
+        and select(RUN, run, name)[0].any()
     ]
 
 
@@ -189,11 +150,12 @@ def _matches_any(name: str, patterns: Sequence[str]) -> bool:
 
 class ChannelKind(NamedTuple):
     """Derived channels: their names after the kind, for a run; the values (nt,) of one channel; the
-    unit of all."""
+    unit and the lower bound of all."""
 
     names: Callable[[xr.Dataset], Iterable[str]]
     values: Callable[[xr.Dataset, str], np.ndarray]
     unit: str
+    lowest: float = -np.inf
 
 
 def _labels_of_dim(run: xr.Dataset, dim: str) -> list[str]:
@@ -306,11 +268,27 @@ def _relative_speed(run: xr.Dataset, points: str) -> np.ndarray:
     return np.asarray(np.linalg.norm(components, axis=0))
 
 
-def _units_with_capacity(run: xr.Dataset) -> Iterator[str]:
-    for dim in CAPABLE:
-        if f"{dim}_capacity" in run.coords:
-            has_capacity = np.isfinite(run[f"{dim}_capacity"].values)
-            yield from np.array(_labels_of_dim(run, dim))[has_capacity].tolist()
+def load_variables(run: xr.Dataset) -> dict[str, tuple[str, str]]:
+    """The variable and the dimension of the load of each contact point, line and rod."""
+    names = (name for name, variable in BY_RANK.items() if variable.is_load and name in run)
+    return {
+        unit: (name, str(dim))
+        for name in names
+        for dim in run[name].dims
+        if dim != "time"
+        for unit in _labels_of_dim(run, str(dim))
+    }
+
+
+def _loads_with_capacity(run: xr.Dataset) -> dict[str, tuple[np.ndarray, float]]:
+    """The size (nt,) of the load of each unit that has a capacity, and the capacity."""
+    loads = {}
+    for unit, (name, dim) in load_variables(run).items():
+        capacity = run.coords.get(f"{dim}_capacity")
+        if capacity is not None and np.isfinite(capacity.sel({dim: unit})):
+            size = np.abs(run[name].sel({dim: unit}).values)
+            loads[unit] = size, float(capacity.sel({dim: unit}))
+    return loads
 
 
 class LargestLoad(NamedTuple):
@@ -324,30 +302,26 @@ class LargestLoad(NamedTuple):
 
 def largest_loads(run: xr.Dataset) -> Iterator[LargestLoad]:
     """Largest loads, at output times, of all units that have a capacity."""
-    for unit in _units_with_capacity(run) if run.sizes["time"] else ():
-        dim = next(dim for dim in CAPABLE if unit in _labels_of_dim(run, dim))
-        load = np.abs(run[CAPABLE[dim]].sel({dim: unit}).values)
+    for unit, (load, capacity) in _loads_with_capacity(run).items() if run.sizes["time"] else ():
         at = int(load.argmax())
-        capacity = float(run[f"{dim}_capacity"].sel({dim: unit}))
         yield LargestLoad(unit, float(load[at]), float(run.time.values[at]), capacity)
 
 
 def _utilisation_of_unit(run: xr.Dataset, unit: str) -> np.ndarray:
-    dim = next(dim for dim in CAPABLE if unit in _labels_of_dim(run, dim))
-    force, capacity = (run[name].sel({dim: unit}) for name in (CAPABLE[dim], f"{dim}_capacity"))
-    return np.asarray(np.abs(force.values) / float(capacity))
+    load, capacity = _loads_with_capacity(run)[unit]
+    return load / capacity
 
 
 CHANNEL_KINDS = {
-    "speed": ChannelKind(lambda run: _labels_of_dim(run, "body"), _speed_of_body, "m/s"),
-    "offset": ChannelKind(lambda run: _labels_of_dim(run, "body"), _offset_of_body, "m"),
+    "speed": ChannelKind(lambda run: _labels_of_dim(run, "body"), _speed_of_body, "m/s", 0.0),
+    "offset": ChannelKind(lambda run: _labels_of_dim(run, "body"), _offset_of_body, "m", 0.0),
     "fender_normal_force": ChannelKind(_contact_groups, _group_force, "N"),
     "point_velocity": ChannelKind(_point_channel_names, _axis_value(_velocity_of_point), "m/s"),
     "point_acceleration": ChannelKind(_moving_points, _axis_value(_acceleration_of_point), "m/s^2"),
     "relative_position": ChannelKind(_clearance_names, _axis_value(_place_of_point), "m"),
     "relative_velocity": ChannelKind(_clearance_names, _axis_value(_velocity_of_point), "m/s"),
-    "relative_speed": ChannelKind(_point_pairs, _relative_speed, "m/s"),
-    "utilisation": ChannelKind(_units_with_capacity, _utilisation_of_unit, "1"),
+    "relative_speed": ChannelKind(_point_pairs, _relative_speed, "m/s", 0.0),
+    "utilisation": ChannelKind(_loads_with_capacity, _utilisation_of_unit, "1", 0.0),
 }
 NEEDS = {
     "acceleration": "output: {accelerations: true} in the case",

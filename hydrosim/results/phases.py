@@ -131,6 +131,7 @@ FIGURES = {
     "recontact_force": ("largest contact force after all contacts were open", "N"),
     "end_clearance": ("smallest clearance at the end, negative if compressed", "m"),
 }
+LOAD_TEXT = "sum of the normal forces"
 GROUP_IMPULSE = "group_impulse"
 STAGE_TIME = "stage_time"
 CONTACT_WEIGHT = "contact_weight"
@@ -204,7 +205,7 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Data
         "contact_load": (
             ("time", *over),
             load,
-            _attributes("sum of the normal forces", "N"),
+            _attributes(LOAD_TEXT, "N"),
         ),
         GROUP_IMPULSE: (
             ("time", *over),

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.elements import ELEMENT_KINDS
-from hydrosim.elements.kind import Variable
+from hydrosim.elements.kind import ChartHint, SummaryColumn, Topic, Variable
 from hydrosim.files.series import unit_of
 from hydrosim.results.dataset import PURPOSE, RESTART
-from hydrosim.results.phases import Phase
+from hydrosim.results.phases import LOAD_TEXT, Phase
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +29,7 @@ UNIT_COMMENTS = {
     MIXED: "each number in SI, angles in rad",
     OF_CHANNEL: "each in the unit of its channel",
 }
-ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" is a prefix
+RUN_VARIABLES = {  # a name that ends in "_" is a prefix
     "position": Variable(
         "displacement of the centre of gravity from rest; angles", "m or rad", EARTH_FRAME
     ),
@@ -53,10 +53,29 @@ ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" 
         HEADING,
     ),
     "reference_position": Variable("position of the centre of gravity at rest", "m", EARTH_FRAME),
-    "slow_draught": Variable("slow draught, at which the coefficients of a family are taken", "m"),
-    "wave_elevation": Variable("undisturbed wave elevation at the origin", "m", EARTH_FRAME),
-    "wind_speed": Variable("speed of the wind at 10 m, with gusts", "m/s", EARTH_FRAME),
-    "wave_elevation_at_probe": Variable("undisturbed wave elevation at a probe", "m", EARTH_FRAME),
+    "slow_draught": Variable(
+        "slow draught, at which the coefficients of a family are taken",
+        "m",
+        chart=ChartHint("Slow draught", "slow draught", Topic.CLEARANCES + 2),
+    ),
+    "wave_elevation": Variable(
+        "undisturbed wave elevation at the origin",
+        "m",
+        EARTH_FRAME,
+        chart=ChartHint("Wave elevation at the origin", "wave elevation", Topic.WATER),
+    ),
+    "wind_speed": Variable(
+        "speed of the wind at 10 m, with gusts",
+        "m/s",
+        EARTH_FRAME,
+        chart=ChartHint("Wind speed at 10 m", "wind speed", Topic.WATER),
+    ),
+    "wave_elevation_at_probe": Variable(
+        "undisturbed wave elevation at a probe",
+        "m",
+        EARTH_FRAME,
+        chart=ChartHint("Waves at probes", "wave elevation", Topic.DETAILS + 9),
+    ),
     "force_": Variable("force; moment about the centre of gravity", "N or N m", EARTH_FRAME),
     "contact_phase": Variable(
         "phase of the operation, from the contacts of a group",
@@ -64,7 +83,16 @@ ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" 
         flags=" ".join(phase.name.lower() for phase in Phase),
     ),
     "point_position": Variable("position of a named point", "m", EARTH_FRAME),
-    "clearance": Variable("clearance of a named point", "m"),
+    "clearance": Variable(
+        "clearance of a named point",
+        "m",
+        chart=ChartHint("Clearances", "clearance", Topic.CLEARANCES),
+        summary=[SummaryColumn(figure, figure) for figure in ("smallest", "at the end")],
+        row_label="clearance",
+    ),
+    "contact_load": Variable(
+        LOAD_TEXT, "N", chart=ChartHint("Load of groups of contacts", "load", Topic.DETAILS)
+    ),
     "energy_kinetic": Variable("kinetic energy, with added mass", "J"),
     "energy_stored_": Variable("stored energy", "J"),
     "energy_work_": Variable("work done on the bodies since the start", "J"),
@@ -116,9 +144,23 @@ UNITS_BY_DOF = {
 """Coordinates with the units of the six degrees of freedom."""
 RESTART_PREFIXES = ("state", "memory_", "radiation_dof")
 """Beginnings of the names of dimensions and coordinates that only serve to continue a run."""
-VARIABLES: dict[str, Variable] = ELEMENT_VARIABLES | {
+ELEMENT_VARIABLES: dict[str, Variable] = {
     name: variable for kind in ELEMENT_KINDS for name, variable in kind.variables.items()
 }
+VARIABLES = RUN_VARIABLES | ELEMENT_VARIABLES
+BY_RANK = dict(sorted(VARIABLES.items(), key=lambda item: item[1].chart.rank))
+"""All variables, in the order of their charts and tables."""
+LOADS = {
+    next(kind.unit for kind in ELEMENT_KINDS if name in kind.variables): name
+    for name, variable in BY_RANK.items()
+    if variable.is_load and variable.lowest == 0.0
+}
+"""Loads of contacts and lines by the dimension of their units: contacts only push, lines only
+pull."""
+TENSIONS = {
+    unit: name for unit, name in LOADS.items() if VARIABLES[name].chart.rank >= Topic.TENSIONS
+}
+"""Those of them that are tensions."""
 
 
 def units_of(units: str) -> dict[str, str]:

@@ -19,12 +19,12 @@ from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units, unit_of_dof, units_of
 from hydrosim.files.series import unit_of
 from hydrosim.files.text import escape_unprintable
-from hydrosim.results.channels import LINES, lowest_value
+from hydrosim.results.channels import lowest_value
 from hydrosim.results.dataset import KIND, ResultKind
 from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import KEY, RUN
 from hydrosim.results.validation import DESIGN
-from hydrosim.results.variables import LABELS, OF_CHANNEL, quantity_attributes
+from hydrosim.results.variables import LABELS, LOADS, OF_CHANNEL, quantity_attributes
 from hydrosim.statistics import effects, gumbel
 from hydrosim.statistics.effects import EffectRow, PlanRuns, combinations, plans
 from hydrosim.statistics.figures import SIDE_ATTRIBUTE, JudgedCriterion, judge_plan
@@ -33,7 +33,7 @@ from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, NAM
 
 # Ends: smallest and largest value of every channel in each run of a study.
 
-FORCE_DIMS = {f"{dim}_force": dim for dim in ("fender", *LINES)}
+FORCE_DIMS = {f"{dim}_force": dim for dim in LOADS}
 """Statistics of forces, and the dimension of what they are of."""
 SUMMARISED_SERIES = {variable for variable, *_ in CHANNEL_VARIABLES.values()}
 """Variables over time that have statistics of their own."""

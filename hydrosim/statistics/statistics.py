@@ -16,11 +16,13 @@ import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
 from hydrosim.files.series import STATISTIC_UNITS
-from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
+from hydrosim.results.channels import channel_series, lowest_value
 from hydrosim.results.dataset import KIND, ResultKind, new_dataset
 from hydrosim.results.phases import Phase, stages
 from hydrosim.results.variables import (
+    LOADS,
     OF_CHANNEL,
+    TENSIONS,
     describe_coordinates,
     describe_values,
     quantity_attributes,
@@ -82,7 +84,7 @@ OWN_UNITS = {STATISTIC_UNITS: ", ".join(f"{name}: {unit}" for name, unit in UNIT
 CHANNEL_VARIABLES = {
     "motion": ("position", MOTION_DIMS, "m or rad"),
     "wave": ("wave_elevation", (), "m"),
-    **{f"{dim}_force": (CAPABLE[dim], (dim,), "N") for dim in ("fender", *LINES)},
+    **{f"{dim}_force": (load, (dim,), "N") for dim, load in LOADS.items()},
 }
 
 
@@ -120,10 +122,10 @@ def line_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Of all that pulls, the tension at the start of a run; of what has a capacity, the largest
     share of it that was used, at output times."""
     variables = {}
-    for dim in LINES:
-        if CAPABLE[dim] not in run or not run.sizes["time"]:
+    for dim, name in TENSIONS.items():
+        if name not in run or not run.sizes["time"]:
             continue
-        tension = run[CAPABLE[dim]]
+        tension = run[name]
         start = tension.isel(time=0, drop=True)
         variables[f"{dim}_start"] = start.assign_attrs(
             quantity_attributes("tension at the start", "N")

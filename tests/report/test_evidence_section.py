@@ -7,16 +7,19 @@ from recorded_runs import made_run
 
 import hydrosim as hs
 from hydrosim.files.document_nodes import List, Sentence, Table
-from hydrosim.report.document import UNKNOWN_CASE_NOTE, evidence_nodes, run_document, without_line
+from hydrosim.report.document import run_document
 from hydrosim.report.evidence import (
     OF_RUNS,
     OF_SCENES,
+    UNKNOWN_CASE_NOTE,
     Feature,
+    evidence_nodes,
     features_of,
     known_lines,
     lines_about,
+    without_line,
 )
-from hydrosim.report.scenery import scene_of
+from hydrosim.report.replay import scene_of
 
 CASES = Path(__file__).parents[2] / "cases"
 OF_COMMANDS = {Feature.LINEAR, Feature.LIMITS, Feature.RECIPES, Feature.HULLS}

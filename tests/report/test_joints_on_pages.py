@@ -14,8 +14,7 @@ from hydrosim.report.arrangement import arrange_scene
 from hydrosim.report.charts.pictures import figure
 from hydrosim.report.document import run_document
 from hydrosim.report.page import html
-from hydrosim.report.replay import replay_document
-from hydrosim.report.scenery import scene_of, shape_of
+from hydrosim.report.replay import replay_document, scene_of, shape_of
 
 CASES = Path(__file__).parents[2] / "cases"
 SHORT = {"duration": 12.0, "output.step": 1.0, "environment.waves.ramp": 2.0}

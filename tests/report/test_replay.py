@@ -14,11 +14,11 @@ from scipy.spatial.transform import Rotation
 
 from hydrosim.case import load_case
 from hydrosim.report.page import MAX_PAGE_BYTES, html
-from hydrosim.report.replay import replay_document
-from hydrosim.report.scenery import (
+from hydrosim.report.replay import (
     box,
     column,
     keel_of,
+    replay_document,
     scene_of,
     shape_of,
     supports_of,

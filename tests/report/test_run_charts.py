@@ -9,6 +9,7 @@ from recorded_runs import made_run
 from report_pages import chart, data_of
 
 from hydrosim.dofs import DOFS
+from hydrosim.elements.kind import Topic
 from hydrosim.files.display_units import as_attribute, units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import Chart, ChartLine
@@ -27,7 +28,7 @@ def run() -> xr.Dataset:
 def test_every_chart_of_the_overview_is_open_on_the_page(run: xr.Dataset) -> None:
     drawn = data_of(html(run_document(run), "mark"))["charts"]
     titles = [each["title"] for each in drawn]
-    overview = run_charts.charts_named(run, run_charts.OVERVIEW)
+    overview = run_charts.charts_about(run, Topic.MOTIONS, Topic.CLEARANCES)
     assert len(overview) > 3
     assert [title for title in titles if title in {each.title for each in overview}] == [
         each.title for each in overview

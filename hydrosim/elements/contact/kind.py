@@ -269,6 +269,41 @@ def group_of_points(scene: Scene) -> list[str]:
     ]
 
 
+INTEGRALS = {
+    "contact_time": kind.Variable("time in a contact mode", "s"),
+    "contact_impulse": kind.Variable("integral of the normal force in a contact mode", "N s"),
+    "contact_press": kind.Variable(
+        "impulse of the normal force on the body in a contact mode", "N s", EARTH_NAME
+    ),
+    "contact_friction": kind.Variable(
+        "impulse of friction on the body in a contact mode", "N s", EARTH_NAME
+    ),
+    "contact_moved": kind.Variable(
+        "displacement of the point along the plane in a mode", "m", EARTH_NAME
+    ),
+    "contact_friction_work": kind.Variable(
+        "work of friction on the body in a contact mode", "J", EARTH_NAME
+    ),
+    "contact_press_work": kind.Variable("work of the normal force in a contact mode", "J"),
+    "slip_direction": kind.Variable("integral of the direction of slip", "s", EARTH_NAME),
+    "slip_load": kind.Variable(
+        "integral of normal force times direction of slip", "N s", EARTH_NAME
+    ),
+    "slip_damping": kind.Variable("integral of C3 times the velocity of slip", "N s", EARTH_NAME),
+    "slip_moved": kind.Variable("displacement of the contact node in slip", "m", EARTH_NAME),
+    "slip_direction_ahead": kind.Variable(
+        "the part of slip_direction towards positive axes", "s", EARTH_NAME
+    ),
+    "slip_load_ahead": kind.Variable(
+        "the part of slip_load towards positive axes", "N s", EARTH_NAME
+    ),
+    "slip_moved_ahead": kind.Variable(
+        "the part of slip_moved towards positive axes", "m", EARTH_NAME
+    ),
+}
+"""Variables of runs that record impulses: integrals over the steps since the start."""
+
+
 class ContactKind(KindOfContacts):
     unit = "fender"
     variables: ClassVar = {
@@ -277,13 +312,29 @@ class ContactKind(KindOfContacts):
             "m",
             NORMAL,
         ),
-        "fender_normal_force": kind.Variable("normal force", "N", NORMAL),
+        "fender_normal_force": kind.Variable(
+            "normal force",
+            "N",
+            NORMAL,
+            chart=kind.ChartHint("Normal force of contacts", "normal force", kind.Topic.CONTACTS),
+            lowest=0.0,
+            is_load=True,
+        ),
         "fender_mode": kind.Variable("contact mode", "1", flags="open stick slip"),
         "fender_friction": kind.Variable("friction force on the body", "N", EARTH_NAME),
         "fender_node": kind.Variable("position of the contact node on the plane", "m", EARTH_NAME),
-        "fender_slip_distance": kind.Variable("distance slipped since the start", "m", "plane"),
+        "fender_slip_distance": kind.Variable(
+            "distance slipped since the start",
+            "m",
+            "plane",
+            chart=kind.ChartHint("Distance slipped", "slip distance", kind.Topic.DETAILS + 3),
+        ),
         "fender_dissipated": kind.Variable(
-            "energy lost in friction and loops since the start", "J"
+            "energy lost in friction and loops since the start",
+            "J",
+            chart=kind.ChartHint(
+                "Friction loss of contacts", "friction loss", kind.Topic.DETAILS + 3
+            ),
         ),
         "fender_dissipated_damping": kind.Variable(
             "part of the energy lost: in the node's damper C2", "J"
@@ -298,38 +349,7 @@ class ContactKind(KindOfContacts):
         ),
         "fender_segment": kind.Variable("piece of the normal curve, counted from 0", "1"),
         "fender_rising": kind.Variable("1 if the stretch is that of a rising load", "1"),
-        "contact_time": kind.Variable("time in a contact mode", "s"),
-        "contact_impulse": kind.Variable("integral of the normal force in a contact mode", "N s"),
-        "contact_press": kind.Variable(
-            "impulse of the normal force on the body in a contact mode", "N s", EARTH_NAME
-        ),
-        "contact_friction": kind.Variable(
-            "impulse of friction on the body in a contact mode", "N s", EARTH_NAME
-        ),
-        "contact_moved": kind.Variable(
-            "displacement of the point along the plane in a mode", "m", EARTH_NAME
-        ),
-        "contact_friction_work": kind.Variable(
-            "work of friction on the body in a contact mode", "J", EARTH_NAME
-        ),
-        "contact_press_work": kind.Variable("work of the normal force in a contact mode", "J"),
-        "slip_direction": kind.Variable("integral of the direction of slip", "s", EARTH_NAME),
-        "slip_load": kind.Variable(
-            "integral of normal force times direction of slip", "N s", EARTH_NAME
-        ),
-        "slip_damping": kind.Variable(
-            "integral of C3 times the velocity of slip", "N s", EARTH_NAME
-        ),
-        "slip_moved": kind.Variable("displacement of the contact node in slip", "m", EARTH_NAME),
-        "slip_direction_ahead": kind.Variable(
-            "the part of slip_direction towards positive axes", "s", EARTH_NAME
-        ),
-        "slip_load_ahead": kind.Variable(
-            "the part of slip_load towards positive axes", "N s", EARTH_NAME
-        ),
-        "slip_moved_ahead": kind.Variable(
-            "the part of slip_moved towards positive axes", "m", EARTH_NAME
-        ),
+        **{name: variable._replace(is_detail=True) for name, variable in INTEGRALS.items()},
     }
     impulse_names: ClassVar = tuple(f"tally {k + 1}" for k in range(POINT_TALLIES))
 

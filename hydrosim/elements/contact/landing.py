@@ -232,8 +232,15 @@ def set_initial_modes(modes, motion, bodies, elements):
 class GuideKind(kind.KindWithModeSets):
     unit = "guide"
     variables: ClassVar = {
-        "guide_force": kind.Variable("force of the wall, across the axis of the seat", "N"),
-        "guide_clearance": kind.Variable("clearance to the wall, negative if pressed", "m"),
+        "guide_force": kind.Variable(
+            "force of the wall, across the axis of the seat",
+            "N",
+            chart=kind.ChartHint("Force of guides", "guide force", kind.Topic.DETAILS + 7),
+            is_detail=True,
+        ),
+        "guide_clearance": kind.Variable(
+            "clearance to the wall, negative if pressed", "m", is_detail=True
+        ),
         "guide_mode": kind.Variable("mode of a pin in its guide", "1", flags=" ".join(GUIDE_MODES)),
         "guide_segment": kind.Variable("piece of the curve of the wall, counted from 0", "1"),
     }

@@ -506,14 +506,18 @@ class LockKind(kinds.ElementKind):
         "lock_rows": kinds.Variable(
             "number of relative motions that a joint holds; those that others hold do not count",
             "1",
+            is_detail=True,
         ),
         "lock_impulse": kinds.Variable(
             "impulses of a joint on its body since the start, when joints closed; moment about the"
             " joint",
             "N s or N m s",
             "earth",
+            is_detail=True,
         ),
-        "lock_loss": kinds.Variable("energy lost since the start, when the joint closed", "J"),
+        "lock_loss": kinds.Variable(
+            "energy lost since the start, when the joint closed", "J", is_detail=True
+        ),
     }
 
     def unit_names(self, scene: Scene) -> list[str]:
@@ -574,7 +578,12 @@ class JointLoadKind(kinds.UnitKind):
     unit = "joint"
     variables: ClassVar[Mapping[str, kinds.Variable]] = {
         "joint_force": kinds.Variable(
-            "force and moment of a joint at its point on its body", "N or N m", "earth"
+            *("force and moment of a joint at its point on its body", "N or N m", "earth"),
+            chart=kinds.NO_CHART._replace(rank=kinds.Topic.JOINTS + 1),
+            summary=[
+                kinds.SummaryColumn(f"largest {size}", f"largest {size}")
+                for size in ("force", "moment")
+            ],
         ),
     }
 

@@ -362,11 +362,29 @@ def write_outputs(y, modes, bodies, p, reactions, out):
 class JointMotionKind(kinds.KindWithModeSets):
     unit = "joint_motion"
     variables: ClassVar[Mapping[str, kinds.Variable]] = {
-        "joint_position": kinds.Variable("displacement in a joint, zero at rest", "m or rad"),
-        "joint_velocity": kinds.Variable("rate of the displacement in a joint", "m/s or rad/s"),
+        "joint_position": kinds.Variable(
+            "displacement in a joint, zero at rest",
+            "m or rad",
+            chart=kinds.ChartHint("Motions of joints", "joint motion", kinds.Topic.JOINTS),
+            summary=[
+                kinds.SummaryColumn(figure, figure)
+                for figure in ("mean", "std", "smallest", "largest", "at the end")
+            ],
+            row_label="joint",
+        ),
+        "joint_velocity": kinds.Variable(
+            "rate of the displacement in a joint",
+            "m/s or rad/s",
+            chart=kinds.ChartHint("Rates of joints", "joint rate", kinds.Topic.DETAILS + 11),
+        ),
         "joint_motion_force": kinds.Variable(
             "force or moment of spring, damping, stops and friction of a joint on its body",
             "N or N m",
+            chart=kinds.ChartHint(
+                "Springs, damping, stops and friction in joints",
+                "spring, damping, stops and friction",
+                kinds.Topic.DETAILS + 12,
+            ),
         ),
         "joint_friction": kinds.Variable(
             "dry friction in a joint on its body, that at rest included", "N or N m"

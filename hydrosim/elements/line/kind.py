@@ -26,16 +26,21 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.elements.kind import (
+    LARGEST,
+    ChartHint,
     Columns,
     KindWithModeSets,
     ModeRows,
     ModeSet,
     StateBlocks,
+    SummaryColumn,
+    Topic,
     UnitRecord,
     Variable,
     capacity_of,
     elements_of,
     rest_at_first,
+    tension_variable,
 )
 from hydrosim.elements.line import catenary, shape
 from hydrosim.modes import ACTING, MODE, RISING, UNDEFINED
@@ -141,10 +146,33 @@ TAUT_LENGTH_RATIO = 0.999
 class CatenaryKind(KindWithModeSets):
     unit = "line"
     variables: ClassVar = {
-        "line_tension": Variable("tension at the fairlead", "N", "along the line"),
-        "line_anchor_tension": Variable("tension at the anchor", "N", "along the line"),
+        "line_tension": tension_variable(
+            "tension at the fairlead",
+            "along the line",
+            "Tension of catenaries at the fairlead",
+            1,
+            [LARGEST],
+            "catenary",
+        ),
+        "line_anchor_tension": Variable(
+            "tension at the anchor",
+            "N",
+            "along the line",
+            chart=ChartHint(
+                "Tension of catenaries at the anchor", "anchor tension", Topic.DETAILS + 4
+            ),
+            lowest=0.0,
+        ),
         "line_horizontal": Variable("horizontal pull at the fairlead", "N", "to the anchor"),
-        "line_grounded": Variable("unstretched length on the seabed", "m"),
+        "line_grounded": Variable(
+            "unstretched length on the seabed",
+            "m",
+            chart=ChartHint(
+                "Length of catenaries on the seabed", "grounded length", Topic.DETAILS + 4
+            ),
+            summary=[SummaryColumn("smallest on the seabed", "smallest")],
+            lowest=0.0,
+        ),
         "line_mode": Variable("whether a line acts", "1", flags="acting absent lost"),
         "line_damping": Variable("linearised drag over velocity across the line", "N s/m"),
         "line_drift": Variable("mean drag over the current across the line", "N s/m"),

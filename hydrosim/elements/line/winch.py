@@ -498,9 +498,34 @@ DELAY = tuple(f"delay {k + 1}" for k in range(drum.DELAY_STATES))
 class WinchKind(kinds.KindWithModeSets):
     unit = "winch"
     variables: ClassVar = {
-        "winch_tension": kinds.Variable("tension of the wire", "N", "from the point to the anchor"),
-        "winch_length": kinds.Variable("length of wire off the drum, without load", "m"),
-        "winch_speed": kinds.Variable("speed of pay-out of the drum", "m/s"),
+        "winch_tension": kinds.tension_variable(
+            "tension of the wire",
+            "from the point to the anchor",
+            "Tension of winches",
+            2,
+            [
+                kinds.SummaryColumn("largest", "at the end", "winch_largest_tension"),
+                kinds.SLACK_SHARE,
+            ],
+        ),
+        "winch_length": kinds.Variable(
+            "length of wire off the drum, without load",
+            "m",
+            chart=kinds.ChartHint(
+                "Length off the drums of winches", "length off the drum", kinds.Topic.LINKS + 1
+            ),
+            summary=[
+                kinds.SummaryColumn("shortest", "smallest"),
+                kinds.SummaryColumn("longest", "largest"),
+            ],
+        ),
+        "winch_speed": kinds.Variable(
+            "speed of pay-out of the drum",
+            "m/s",
+            chart=kinds.ChartHint(
+                "Speed of pay-out of winches", "pay-out speed", kinds.Topic.DETAILS + 5
+            ),
+        ),
         "winch_work": kinds.Variable("energy that the drive of the drum has taken", "J"),
         "winch_friction_loss": kinds.Variable("energy lost by friction in the drum", "J"),
         "winch_snap_speed": kinds.Variable("speed at which the wire last became taut", "m/s"),

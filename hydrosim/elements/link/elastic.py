@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import Variable
+from hydrosim.elements.kind import ChartHint, Topic, Variable, range_columns
 from hydrosim.elements.link import law
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import SEGMENT, SEGMENT_MARGIN
@@ -52,18 +52,43 @@ def law_fields(link: Elastic, pieces: np.ndarray) -> dict[str, Any]:
 
 STRUT_COLUMNS = {
     "strut_force": law.Column(
-        law.LOAD_OUTPUT, Variable("force, tension positive", "N", "from the point to the anchor")
+        law.LOAD_OUTPUT,
+        Variable(
+            "force, tension positive",
+            "N",
+            "from the point to the anchor",
+            chart=ChartHint("Force of struts", "strut force", Topic.LINKS),
+            summary=range_columns("force"),
+            is_load=True,
+        ),
     ),
     "strut_length": law.Column(
-        law.PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")
+        law.PLACE_OUTPUT,
+        Variable(
+            "distance from the point to the anchor",
+            "m",
+            chart=ChartHint("Length of struts", "strut length", Topic.DETAILS + 6),
+        ),
     ),
 }
 TORSION_COLUMNS = {
     "torsion_moment": law.Column(
-        law.LOAD_OUTPUT, Variable("moment against the twist", "N m", "about the axis")
+        law.LOAD_OUTPUT,
+        Variable(
+            "moment against the twist",
+            "N m",
+            "about the axis",
+            chart=ChartHint("Moment of torsion springs", "torsion moment", Topic.LINKS + 3),
+            summary=range_columns("moment"),
+        ),
     ),
     "torsion_angle": law.Column(
-        law.PLACE_OUTPUT, Variable("twist about the axis from rest", "rad")
+        law.PLACE_OUTPUT,
+        Variable(
+            "twist about the axis from rest",
+            "rad",
+            chart=ChartHint("Twist of torsion springs", "twist", Topic.DETAILS + 6),
+        ),
     ),
 }
 STRUT = law.LinkClass(Strut, "strut", STRUT_COLUMNS, law_fields, curve)

@@ -26,7 +26,15 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.elements.kind import LINEARISATION_DEPTH, Variable
+from hydrosim.elements.kind import (
+    LARGEST,
+    LINEARISATION_DEPTH,
+    ChartHint,
+    SummaryColumn,
+    Topic,
+    Variable,
+    tension_variable,
+)
 from hydrosim.elements.link import law
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
@@ -73,10 +81,22 @@ def _cylinder(element: Compensator | GasSpring, sign: float, load: float) -> np.
 
 COLUMNS = {
     "compensator_tension": law.Column(
-        law.LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
+        law.LOAD_OUTPUT,
+        tension_variable(
+            "tension",
+            "from the point to the anchor",
+            "Tension of compensators",
+            3,
+            (LARGEST, SummaryColumn("smallest", "smallest")),
+        ),
     ),
     "compensator_stroke": law.Column(
-        law.OFFSET_OUTPUT, Variable("extension from the middle of the stroke", "m")
+        law.OFFSET_OUTPUT,
+        Variable(
+            "extension from the middle of the stroke",
+            "m",
+            chart=ChartHint("Stroke of compensators", "stroke", Topic.LINKS + 2),
+        ),
     ),
 }
 COMPENSATOR = law.LinkClass(

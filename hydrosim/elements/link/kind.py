@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
+    ChartHint,
     Columns,
     KindConstants,
     KindWithModeSets,
@@ -17,6 +18,7 @@ from hydrosim.elements.kind import (
     ModeRows,
     ModeSet,
     StateBlocks,
+    Topic,
     UnitRecord,
     Variable,
     capacity_of,
@@ -194,7 +196,11 @@ class LinkKind(TableKind):
     stiff_text = "links on their steepest pieces"
     variables: ClassVar = {
         **variables_of(*OTHER_LINKS),
-        "pto_power": Variable("power absorbed by a power take-off", "W"),
+        "pto_power": Variable(
+            "power absorbed by a power take-off",
+            "W",
+            chart=ChartHint("Power of power take-offs", "absorbed power", Topic.LINKS + 4),
+        ),
         "link_mode": Variable("whether a link acts", "1", flags="acting absent"),
         "link_segment": Variable("piece of the curve", "1"),
         "link_half_turns": Variable("half turns of the twist", "1"),

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import Variable
+from hydrosim.elements.kind import ChartHint, Topic, Variable, range_columns
 from hydrosim.elements.signal import SIGNAL
 from hydrosim.modes import INACTIVE
 from hydrosim.scene.links import Link
@@ -63,8 +63,18 @@ class Column(NamedTuple):
 def load_and_place(dimension: str) -> dict[str, Column]:
     """Columns of a link that any coordinate may have."""
     text = dimension.replace("_", " ")
-    load = Variable(f"load of a {text} against its coordinate", "N or N m")
-    place = Variable(f"length, twist or place of a {text}", "m or rad")
+    load = Variable(
+        f"load of a {text} against its coordinate",
+        "N or N m",
+        chart=ChartHint(f"{text.capitalize()}: load", f"{text} load", Topic.COORDINATES),
+        summary=range_columns("load"),
+        is_load=True,
+    )
+    place = Variable(
+        f"length, twist or place of a {text}",
+        "m or rad",
+        chart=ChartHint(f"{text.capitalize()}: place", f"{text} place", Topic.DETAILS + 10),
+    )
     return {
         f"{dimension}_load": Column(LOAD_OUTPUT, load),
         f"{dimension}_place": Column(PLACE_OUTPUT, place),

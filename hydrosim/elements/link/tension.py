@@ -23,7 +23,13 @@ from typing import Any
 import numpy as np
 
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import LINEARISATION_DEPTH, Variable
+from hydrosim.elements.kind import (
+    LARGEST,
+    LINEARISATION_DEPTH,
+    SLACK_SHARE,
+    Variable,
+    tension_variable,
+)
 from hydrosim.elements.link import law
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
@@ -48,7 +54,15 @@ def law_fields(spring: Spring, pieces: np.ndarray) -> dict[str, Any]:
 
 COLUMNS = {
     "spring_tension": law.Column(
-        law.LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
+        law.LOAD_OUTPUT,
+        tension_variable(
+            "tension",
+            "from the point to the anchor",
+            "Tension of lines",
+            0,
+            (LARGEST, SLACK_SHARE),
+            "line",
+        ),
     ),
     "spring_length": law.Column(
         law.PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")

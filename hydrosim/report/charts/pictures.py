@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from hydrosim.case.tables import plain, seas
+from hydrosim.case.tables import seas
 from hydrosim.dofs import DOFS
+from hydrosim.elements.kind import Topic
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document_nodes import Chart, ChartLine
@@ -32,8 +33,10 @@ from hydrosim.report.charts.panels import (
     merge_equal_lines,
     picture,
 )
-from hydrosim.results.channels import TENSIONS, channel_names, match_channels
+from hydrosim.report.sentences.sections import case_data
+from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.phases import CONTACT_WEIGHT
+from hydrosim.results.variables import TENSIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,13 +48,13 @@ MANY = 12  # contacts with panels of their own; if there are more, each group ha
 
 def overview(run: xr.Dataset) -> list[Chart]:
     """What people look at first."""
-    return run_charts.charts_named(run, run_charts.OVERVIEW)
+    return run_charts.charts_about(run, Topic.MOTIONS, Topic.CLEARANCES)
 
 
 def motions(run: xr.Dataset) -> list[Chart]:
     """Each degree of freedom that moves, with all bodies, and the waves."""
     by_dof = run_charts.chart_by_line([*run_charts.motion_charts(run)])
-    waves = run_charts.charts_named(run, run_charts.ENVIRONMENT)
+    waves = run_charts.charts_about(run, Topic.WATER, Topic.CONTACTS)
     return [*sorted(by_dof, key=lambda chart: DOFS.index(chart.quantity)), *waves]
 
 
@@ -103,11 +106,11 @@ def tensions(run: xr.Dataset) -> list[Chart]:
     """The tension of each line, all over one range, loads of struts and torsion springs, absorbed
     powers, and the utilisation of capacities."""
     loads: list[Chart] = []
-    for name in TENSIONS:
+    for name in TENSIONS.values():
         charts = run_charts.charts_named(run, [name])
         lines = (line for chart in charts for line in run_charts.chart_each_line(chart))
         loads += sorted(lines, key=lambda line: line.order.index(line.subject))
-    loads += run_charts.charts_named(run, run_charts.LINKS)
+    loads += run_charts.charts_about(run, Topic.COORDINATES, Topic.CAPACITIES)
     return [*loads, *run_charts.charts_named(run, ["utilisation"])] if loads else []
 
 
@@ -291,7 +294,7 @@ def _picture_frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureF
     title = run.attrs.get("title", "")
     status = run.attrs.get("status", "complete")
     title = title if status == "complete" else f"{title} ({status})"
-    remarks = seas(plain(str(run.attrs.get("case_resolved", ""))))
+    remarks = seas(case_data(run))
     if length := coarse(run.time.values, window):
         remarks.append(f"bands: smallest to largest of each {length:g} s; lines: mean")
     shaded, phases_text = run_charts.shaded_phases(run)

@@ -25,6 +25,7 @@ from hydrosim.files.document_nodes import Chart
 from hydrosim.files.outputs import Output, save_picture
 from hydrosim.report.charts.panels import COLOURS, new_figure, style_axis
 from hydrosim.report.sentences.limits import NO_LIMIT, limit_chart
+from hydrosim.report.sentences.study import effect_chart, numeric_axis
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
 
@@ -217,45 +218,38 @@ def _draw_band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNa
     """Draw the mean over the values with its interval, and the band of 90 % of the seeds. A line
     joins numbers; other values have no order, so they are points with bars. Several parameters are
     in the order of their combinations."""
-    rows, axis = _effect_rows(plan, figure), axes[0]
-    parameters = list(rows[0].values)
-    combinations = [
-        row.values[parameters[0]]
-        if len(parameters) == 1
-        else ", ".join(map(value_text, row.values.values()))
-        for row in rows
-    ]
-    numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in combinations)
-    place = _positions_on_axis(combinations, axis) if numbers else np.arange(len(rows), dtype=float)
-    if not any(row.spread.n for row in rows):
-        axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
-    order = np.argsort(place)
-    x, s = place[order], [rows[k].spread for k in order]
-    low, high = [spread.another_low for spread in s], [spread.another_high for spread in s]
-    if numbers:
-        axis.fill_between(x, low, high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    rows, axis = [row for row in effects.rows(plan) if row.figure == figure], axes[0]
+    numeric = numeric_axis(plan) if len(plan.parameters) == 1 else ""
+    (line,) = effect_chart(plan, rows, numeric).lines.values()
+    x = _read_values(plan, numeric, line.x) if numeric else line.x
+    mean, low, high, wide = (
+        _read_values(plan, figure, of) for of in (line.y, line.low, line.high, line.wide)
+    )
+    if numeric:
+        _scale_axis(x, axis)
+        axis.fill_between(x, *wide, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
     else:
-        size = np.subtract(high, low)
-        axis.bar(x, size, 0.5, low, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
-    mean = np.array([spread.mean for spread in s])
-    apart = np.abs([[e.low for e in s], [e.high for e in s]] - mean)
-    line: dict[str, Any] = {"color": COLOURS[0], "marker": "o", "capsize": 3}
-    line["linestyle"] = "-" if numbers else "none"
-    axis.errorbar(x, mean, apart, label="mean, 90 %", **line)
-    for k, row in enumerate(rows):
-        values = _read_values(plan, figure, plan.runs[figure].values[row.runs])
-        axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
-    if not numbers:
-        axis.set_xticks(place, names.names_of(combinations))
-        axis.set_xlim(-0.6, len(rows) - 0.4)
+        size = wide[1] - wide[0]
+        axis.bar(x, size, 0.5, wide[0], color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    if np.isnan(mean).all():
+        axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
+    look: dict[str, Any] = {"color": COLOURS[0], "marker": "o", "capsize": 3}
+    look["linestyle"] = "-" if numeric else "none"
+    axis.errorbar(x, mean, np.abs([low - mean, high - mean]), label="mean, 90 %", **look)
+    for place, values in zip(x, line.values, strict=True):
+        runs = _read_values(plan, figure, values)
+        axis.plot(np.full(runs.size, place), runs, ".", color="0.4", markersize=3)
+    if not numeric:
+        every = [[*row.values.values()] for row in _effect_rows(plan, figure)]
+        combined = [v[0] if len(v) == 1 else ", ".join(map(value_text, v)) for v in every]
+        axis.set_xticks(x, names.names_of(combined))
+        axis.set_xlim(-0.6, x.size - 0.4)
     axis.set_ylabel(_quantity_label(plan, figure))
-    shown = list(plan.parameters) if len(parameters) > 1 else list(plan.parameters)[:1]
-    axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in shown))
+    axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in plan.parameters))
 
 
-def _positions_on_axis(values: Sequence[Any], axis: Axes) -> np.ndarray:
-    """Positions of numbers on an axis, which is logarithmic if they span decades."""
-    x = np.array(values, dtype=float)
+def _scale_axis(x: np.ndarray, axis: Axes) -> None:
+    """Make an axis logarithmic if its numbers span decades."""
     above = x[x > 0.0]
     if above.size and (x >= 0.0).all() and np.log10(above.max() / above.min()) > DECADES:
         zero = (x == 0.0).any()
@@ -263,7 +257,6 @@ def _positions_on_axis(values: Sequence[Any], axis: Axes) -> np.ndarray:
         axis.xaxis.set_major_locator(FixedLocator(np.unique(x).tolist()))
         axis.xaxis.set_major_formatter(lambda value, _: digits_of(value))
         axis.xaxis.set_minor_locator(NullLocator())
-    return x
 
 
 def _draw_heat_map(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:

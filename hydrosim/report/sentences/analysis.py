@@ -45,11 +45,8 @@ def linear_document(analysis: xr.Dataset, raos: bool = False) -> Document:
     return Document(title_of(analysis), nodes, units=units_of(analysis.attrs))
 
 
-def _describe_remarks(analysis: xr.Dataset) -> Iterator[document_nodes.Node]:
-    return (
-        document_nodes.Verdict(document_nodes.Outcome.WARNING, line)
-        for line in lines_of(analysis, "remarks")
-    )
+def _describe_remarks(analysis: xr.Dataset) -> document_nodes.Nodes:
+    return (document_nodes.warning(line) for line in lines_of(analysis, "remarks"))
 
 
 def _motion_table(analysis: xr.Dataset) -> document_nodes.Table:
@@ -57,7 +54,7 @@ def _motion_table(analysis: xr.Dataset) -> document_nodes.Table:
         name: variable for name, variable in RESPONSE_COLUMNS.items() if variable in analysis
     }
     waves = range(analysis.sizes.get("wave", 0))
-    rows: list[list[document_nodes.Cell]] = []
+    rows: list[document_nodes.Row] = []
     for body in map(str, analysis.body.values):
         for dof in map(str, analysis.dof.values):
             at = analysis.sel(body=body, dof=dof)
@@ -95,7 +92,7 @@ def _mode_table(analysis: xr.Dataset) -> document_nodes.Node:
     return document_nodes.Table(head, rows, "Natural modes")
 
 
-def _decay_cells(at: xr.Dataset) -> list[document_nodes.Cell]:
+def _decay_cells(at: xr.Dataset) -> document_nodes.Row:
     """Periods and damping of a mode, or what it is instead."""
     kind = str(at.mode_kind.values)
     if kind == "free":
@@ -129,7 +126,7 @@ def _motion_text(at: xr.Dataset) -> str:
     return ", ".join(f"{name} {value:.0%}" for value, name in parts if value >= MIN_SHARE)
 
 
-def _rao_tables(analysis: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _rao_tables(analysis: xr.Dataset) -> document_nodes.Nodes:
     """RAOs over the period, a table for each body and heading; motions that no wave excites are
     left out."""
     for body in map(str, analysis.body.values):
@@ -145,7 +142,7 @@ def _rao_tables(analysis: xr.Dataset) -> Iterator[document_nodes.Node]:
             yield document_nodes.Table(("period", *moving), rows, title)
 
 
-def _joint_rao_tables(analysis: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _joint_rao_tables(analysis: xr.Dataset) -> document_nodes.Nodes:
     """RAOs of the motions of joints over the period, a table for each heading."""
     for heading in analysis.heading.values if "joint_motion" in analysis.dims else ():
         at = analysis.sel(heading=heading)
@@ -173,7 +170,7 @@ def _unit_of_motion(joint_motion: str) -> str:
     return "m/m" if joint_motion.endswith("offset") else "rad/m"
 
 
-def _rao_cells(at: xr.Dataset, moving: list[str]) -> list[document_nodes.Cell]:
+def _rao_cells(at: xr.Dataset, moving: list[str]) -> document_nodes.Row:
     of = [_harmonic_cell(at.sel(dof=dof), "rao", f"{unit_of_dof(dof)}/m") for dof in moving]
     return [document_nodes.Value(2.0 * pi / float(at.frequency), "s"), *of]
 
@@ -235,7 +232,7 @@ def _rest_table(lines: Sequence[StillLine]) -> document_nodes.Table:
     return document_nodes.Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest")
 
 
-def _row_at_rest(line: StillLine) -> list[document_nodes.Cell]:
+def _row_at_rest(line: StillLine) -> document_nodes.Row:
     pull = line.end_forces()
     grounded = line.grounded_length(pull)
     return [
@@ -262,7 +259,7 @@ def _offset_table(response: LineResponse) -> document_nodes.Table:
         *(response.stiffness, response.grounded),
     )
     units = ("N", "N", "N", "N", "N/m", "m")
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [
             document_nodes.Value(float(response.offsets[i]), "m"),
             *(
@@ -275,7 +272,7 @@ def _offset_table(response: LineResponse) -> document_nodes.Table:
     return document_nodes.Table(head, rows, f"Offset of the fairlead {way}")
 
 
-def _describe_gaps(response: LineResponse) -> Iterator[document_nodes.Node]:
+def _describe_gaps(response: LineResponse) -> document_nodes.Nodes:
     for reason in response.reasons:
         yield document_nodes.Sentence(f"A dash is where the line has no shape: {reason}.")
 
@@ -301,9 +298,7 @@ def ballast_document(
     nodes += [] if angle is None else _upright_walls(conditions, angle)
     if waiting:
         text = "These pumps wait for events and are taken as not started: {}."
-        nodes.append(
-            document_nodes.Verdict(document_nodes.Outcome.WARNING, text, [", ".join(waiting)])
-        )
+        nodes.append(document_nodes.warning(text, [", ".join(waiting)]))
     for condition in conditions:
         nodes += [
             document_nodes.Heading(f"{condition.body.name} at {time:g} s"),
@@ -313,15 +308,15 @@ def ballast_document(
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
-def _describe_condition(condition: Condition, angle: float | None) -> Iterator[document_nodes.Node]:
+def _describe_condition(condition: Condition, angle: float | None) -> document_nodes.Nodes:
     """What a body weighs and how it floats; its tanks; its mass matrix."""
     weights = (("lightship", condition.lightship), ("with its tanks", condition.loading))
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [name, _mass_value(x.mass), *_length_values(x.centre)] for name, x in weights
     ]
     yield document_nodes.Table(("", "mass", *COORDINATES), rows)
     heave, heel, trim = condition.position[2:5]
-    at_rest: list[document_nodes.Cell] = [
+    at_rest: document_nodes.Row = [
         _length_value(round(heave, 4)),
         *(_angle_value(round(x, 6)) for x in (heel, trim)),
     ]
@@ -344,21 +339,19 @@ def _metacentric_table(condition: Condition, angle: float | None) -> document_no
         head.append(f"taken at {np.degrees(angle):g} deg of heel")
         columns.append(np.array([condition.secant, np.nan]))
     rows = zip(("heel", "trim"), np.transpose([*columns, condition.held]), strict=True)
-    cells: list[list[document_nodes.Cell]] = [
-        [of, *(_length_value(x) for x in row)] for of, row in rows
-    ]
+    cells: list[document_nodes.Row] = [[of, *(_length_value(x) for x in row)] for of, row in rows]
     return document_nodes.Table(
         [*head, "with lines and contacts"], cells, "Metacentric heights at rest"
     )
 
 
-def _tank_cells(tank: TankState) -> list[document_nodes.Cell]:
+def _tank_cells(tank: TankState) -> document_nodes.Row:
     reach = ("" if isnan(x) else _angle_value(x) for x in tank.reach)
     filled = document_nodes.Value(tank.filled, "share")
     return [tank.tank.name, _length_value(tank.level), _mass_value(tank.mass), filled, *reach]
 
 
-def _pump_plan(plan: PumpPlan) -> Iterator[document_nodes.Node]:
+def _pump_plan(plan: PumpPlan) -> document_nodes.Nodes:
     heave, heel, trim = plan.position[0, 2:5]
     parts: list[document_nodes.Part] = [
         document_nodes.Value(plan.within, "s", 6),
@@ -371,33 +364,31 @@ def _pump_plan(plan: PumpPlan) -> Iterator[document_nodes.Node]:
         "After {} the body is at rest at heave {}, heel {}, trim {}.", parts
     )
     runs = zip(plan.pumps, plan.rate, plan.mass, strict=True)
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [name, document_nodes.Value(rate, "kg/s", 5), _mass_value(mass)]
         for name, rate, mass in runs
     ]
     yield document_nodes.Table(("pump", "rate", "mass"), rows)
 
 
-def _shallow_surfaces(conditions: Sequence[Condition]) -> Iterator[document_nodes.Node]:
+def _shallow_surfaces(conditions: Sequence[Condition]) -> document_nodes.Nodes:
     """Free surfaces that meet bottom or top at once: GM is another beyond."""
     for condition in conditions:
         for tank in condition.tanks:
             if 0.0 < tank.reach[0] < COMMON_HEEL_RAD:
-                yield document_nodes.Verdict(
-                    document_nodes.Outcome.WARNING,
+                yield document_nodes.warning(
                     "{}: its surface meets bottom or top at {} of heel. GM is the slope at rest. At"
                     " a larger heel the free surface takes less: see --heel.",
                     [_key_text(condition, tank), _angle_value(tank.reach[0], 2)],
                 )
 
 
-def _upright_walls(conditions: Sequence[Condition], angle: float) -> Iterator[document_nodes.Node]:
+def _upright_walls(conditions: Sequence[Condition], angle: float) -> document_nodes.Nodes:
     """Tables, whose walls are upright also where the surface meets bottom or top."""
     for condition in conditions:
         for tank in condition.tanks:
             if isinstance(tank.tank.shape, TankTable) and abs(angle) > tank.reach[0]:
-                yield document_nodes.Verdict(
-                    document_nodes.Outcome.WARNING,
+                yield document_nodes.warning(
                     "{}: a table has upright walls at every heel, but its surface meets bottom or"
                     " top at {}. It takes less than is printed. Give it as a box or a mesh.",
                     [_key_text(condition, tank), _angle_value(tank.reach[0], 3)],
@@ -440,9 +431,7 @@ CASE_UNITS = ("s^-1", "rad^-1", "s/rad^2")
 
 def calibration_document(fit: DecayFit) -> Document:
     """Damping of the decays, how well the records tell it, and where the equation does not fit."""
-    doubts = [
-        document_nodes.Verdict(document_nodes.Outcome.WARNING, "{}", [text]) for text in fit.doubts
-    ]
+    doubts = [document_nodes.warning("{}", [text]) for text in fit.doubts]
     notes = [document_nodes.Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
     nodes = [
         *doubts,
@@ -478,7 +467,7 @@ def _term_table(fit: DecayFit) -> document_nodes.Table:
     return document_nodes.Table(("", "fitted", "90 % from", "to", "for use"), rows, "Fit")
 
 
-def _term_cells(name: str, interval: Interval, used: float) -> list[document_nodes.Cell]:
+def _term_cells(name: str, interval: Interval, used: float) -> document_nodes.Row:
     return [name, *(f"{x:.{COEFFICIENT_DIGITS}g}" for x in (*interval, used))]
 
 
@@ -495,20 +484,18 @@ def _undetermined_terms(fit: DecayFit) -> document_nodes.Node:
 
 
 def _ratio_table(fit: DecayFit) -> document_nodes.Table:
-    rows: list[list[document_nodes.Cell]] = []
+    rows: list[document_nodes.Row] = []
     for amplitude in np.linspace(*fit.amplitudes, MAX_RATIO_ROWS):
         ratio = fit.terms.damping_ratio(amplitude)
         used = fit.used_ratio(amplitude)
-        cells: list[document_nodes.Cell] = [
-            document_nodes.Value(x, "share", 3) for x in (*ratio, used)
-        ]
+        cells: document_nodes.Row = [document_nodes.Value(x, "share", 3) for x in (*ratio, used)]
         rows.append([document_nodes.Value(amplitude, "rad", 3), *cells])
     head = ("amplitude", "damping ratio", "90 % from", "to", "for use")
     return document_nodes.Table(head, rows, "Equivalent linear damping, of critical")
 
 
 def _record_table(fit: DecayFit) -> document_nodes.Table:
-    rows: list[list[document_nodes.Cell]] = []
+    rows: list[document_nodes.Row] = []
     for decay, deviation in zip(fit.decays, fit.deviations, strict=True):
         begin, end = decay.time[0], decay.time[-1]
         size = document_nodes.Value(decay.size, "rad", 3)

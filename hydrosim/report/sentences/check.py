@@ -192,7 +192,7 @@ FLOATING_HEAD = (
 )
 
 
-def describe_floating(compiled: Compiled) -> Iterator[document_nodes.Node]:
+def describe_floating(compiled: Compiled) -> document_nodes.Nodes:
     """Directions of the environment beside bodies, and how hulls with a database float."""
     scene = compiled.scene
     about = describe_start(
@@ -217,7 +217,7 @@ def describe_floating(compiled: Compiled) -> Iterator[document_nodes.Node]:
 
 def _floating_row(
     about: SceneContext, body: Body, db: HydroDatabase, heading: float, R: np.ndarray
-) -> list[document_nodes.Cell]:
+) -> document_nodes.Row:
     gravity = about.scene.environment.gravity
     size = extents(body, db)
     stiffness = require_array(db, "hydrostatic_stiffness")
@@ -287,9 +287,9 @@ def describe_lines(compiled: Compiled) -> Iterator[document_nodes.Table]:
     )
     heights = {name: _line_heights(about, of) for name, of in lines.items()}
     moored = any(any(cells) for cells in heights.values())
-    rows: list[list[document_nodes.Cell]] = []
+    rows: list[document_nodes.Row] = []
     for name, line in lines.items():
-        allowed: list[document_nodes.Cell] = ["", ""]
+        allowed: document_nodes.Row = ["", ""]
         if line.capacity is not None:
             allowed = [
                 document_nodes.Value(line.capacity, "N"),
@@ -309,7 +309,7 @@ def describe_lines(compiled: Compiled) -> Iterator[document_nodes.Table]:
     yield document_nodes.Table(head, rows, "Loads of lines")
 
 
-def _line_heights(about: SceneContext, line: TwoPointElement) -> list[document_nodes.Cell]:
+def _line_heights(about: SceneContext, line: TwoPointElement) -> document_nodes.Row:
     """Heights of the fairlead of a mooring line above the water, and of its anchor above the bed;
     empty for other lines."""
     if not isinstance(line, Catenary) or line.anchor_body is not None:
@@ -371,9 +371,7 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
     return check_document(scene, times)
 
 
-def _describe_verdicts(
-    whole: Compiled, compiled: Compiled, watch: Watch
-) -> Iterator[document_nodes.Node]:
+def _describe_verdicts(whole: Compiled, compiled: Compiled, watch: Watch) -> document_nodes.Nodes:
     yield from document_nodes.warnings(
         [add_source_lines(text, whole.scene.places) for text in whole.notes.warnings]
     )
@@ -384,7 +382,7 @@ def _describe_verdicts(
     yield document_nodes.Sentence("{}.", [_capitalise(solution(whole.scene, whole.derived))])
 
 
-def _describe_step(compiled: Compiled, watch: Watch) -> Iterator[document_nodes.Node]:
+def _describe_step(compiled: Compiled, watch: Watch) -> document_nodes.Nodes:
     """Whether the step is stable, and what it resolves."""
     mode_combinations = scene_combinations(compiled, each_alone=True, watch=watch)
     limits = scene_step_limits(compiled, mode_combinations)
@@ -437,7 +435,7 @@ def _capitalise(text: str) -> str:
 
 def _limits_at(
     compiled: Compiled, whole: Compiled, watch: Watch, time: float
-) -> Iterator[document_nodes.Node]:
+) -> document_nodes.Nodes:
     """Step limits and natural periods at a ``time`` [s]."""
     yield document_nodes.Heading(f"At {time:g} s")
     if not compiled.derived.exact:
@@ -445,9 +443,7 @@ def _limits_at(
     yield from _periods_of(whole, f"at {time:g} s", time)
 
 
-def _periods_of(
-    whole: Compiled, when: str, time: float | None = None
-) -> Iterator[document_nodes.Node]:
+def _periods_of(whole: Compiled, when: str, time: float | None = None) -> document_nodes.Nodes:
     linear = linearise(whole.model, whole.state, time=whole.begin if time is None else time)
     held = len(linear.constraints)
     when = f"{when}, {held} directions held" if held else when
@@ -461,9 +457,9 @@ def _period_table(scene: Scene, modes: Sequence[NaturalMode], when: str) -> docu
     )
 
 
-def _mode_cells(scene: Scene, mode: NaturalMode) -> list[document_nodes.Cell]:
+def _mode_cells(scene: Scene, mode: NaturalMode) -> document_nodes.Row:
     coordinate = coordinate_at(scene, mode.coordinate)
-    cells: list[document_nodes.Cell] = [coordinate.body, coordinate.dof]
+    cells: document_nodes.Row = [coordinate.body, coordinate.dof]
     if mode.kind == ModeKind.FREE:
         return [*cells, "free", "", ""]
     cells.append(document_nodes.Value(mode.natural_period, "s"))
@@ -476,7 +472,7 @@ def _mode_cells(scene: Scene, mode: NaturalMode) -> list[document_nodes.Cell]:
     ]
 
 
-def _describe_details(whole: Compiled, compiled: Compiled) -> Iterator[document_nodes.Node]:
+def _describe_details(whole: Compiled, compiled: Compiled) -> document_nodes.Nodes:
     """How large the problem is, how it is solved, what it reads and what is skipped."""
     notes = whole.notes
     yield document_nodes.List(list(_size_texts(whole, compiled)))

@@ -12,6 +12,7 @@ import numpy as np
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
+from hydrosim.report.run_charts import CHARTS_NOTE
 from hydrosim.report.sentences.sections import (
     MAX_TABLE_ROWS,
     Sections,
@@ -19,7 +20,6 @@ from hydrosim.report.sentences.sections import (
     lines_of,
     table_of,
 )
-from hydrosim.report.sentences.series import CHARTS_NOTE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +83,7 @@ def compared_files(comparison: xr.Dataset, other: str) -> Iterator[tuple[str, st
     yield other, str(comparison.attrs.get("recording", "unknown"))
 
 
-def _describe_outcome(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_outcome(comparison: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Table(("", "file"), list(compared_files(comparison, "recorded")))
     yield document_nodes.Sentence(_counts_by_difference(comparison))
     yield from _describe_tolerances(comparison)
@@ -133,7 +133,7 @@ def _kind(name: str) -> int:
     return KIND_ORDER.index(of)
 
 
-def _describe_tolerances(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_tolerances(comparison: xr.Dataset) -> document_nodes.Nodes:
     """Which channels are beyond what they may be."""
     limit = (
         comparison.tolerance.values
@@ -159,7 +159,7 @@ def _describe_tolerances(comparison: xr.Dataset) -> Iterator[document_nodes.Node
         yield document_nodes.Verdict(document_nodes.Outcome.BAD, "{}: {}, tolerance {}", parts)
 
 
-def _channel_cells(channel: xr.Dataset) -> list[document_nodes.Cell]:
+def _channel_cells(channel: xr.Dataset) -> document_nodes.Row:
     unit = str(channel.units.values)
     rms, peak = (document_nodes.Value(float(channel[name]), unit) for name in ("rms", "peak"))
     relative = float(channel.relative)
@@ -169,7 +169,7 @@ def _channel_cells(channel: xr.Dataset) -> list[document_nodes.Cell]:
     return [str(channel.channel.values), rms, share, peak, at, correlation]
 
 
-def _describe_series(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_series(comparison: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Sentence(CHARTS_NOTE)
     for rank, k in enumerate(_order_by_difference(comparison)):
         both, difference = channel_charts(comparison.isel(channel=k))
@@ -213,7 +213,7 @@ def _describe_bands(
     yield document_nodes.Table(head, rows)
 
 
-def _band_cells(channel: xr.Dataset, names: list[str]) -> list[document_nodes.Cell]:
+def _band_cells(channel: xr.Dataset, names: list[str]) -> document_nodes.Row:
     unit = str(channel.units.values)
     std = float(channel["std"])
     bands = [_band_text(channel.sel(band=name), std) for name in names]
@@ -230,7 +230,7 @@ def _band_text(at: xr.Dataset, std: float) -> str:
     return f"{share} ({float(at.band_ours / at.band_recorded):.3f})" if is_large else share
 
 
-def _describe_contacts(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_contacts(comparison: xr.Dataset) -> document_nodes.Nodes:
     contacts = comparison.isel(channel=np.flatnonzero(~np.isnan(comparison.share_ours.values)))
     if contacts.sizes["channel"] == 0:
         return
@@ -243,7 +243,7 @@ def _describe_contacts(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield table_of("contact", columns, "First contact and share of the time in contact")
 
 
-def _comparison_assumptions(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _comparison_assumptions(comparison: xr.Dataset) -> document_nodes.Nodes:
     rows = [("times", str(comparison.attrs.get("compared", "unknown")))]
     if "shift" in comparison.attrs:
         rows.append(("added to the recorded times", _shift_text(float(comparison.attrs["shift"]))))
@@ -322,7 +322,7 @@ def _run_counts(comparison: xr.Dataset) -> str:
     return f"{counts}: {comparison.attrs['compared']}"
 
 
-def _study_outcome(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _study_outcome(comparison: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Table(("", "file"), list(compared_files(comparison, "theirs")))
     differing, equal = _differing_channels(comparison), _is_equal(comparison)
     all_, level = comparison.sizes["channel"], float(comparison.attrs["level"])
@@ -333,13 +333,11 @@ def _study_outcome(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
         f" difference at all, one or more would be named in {level:.0%} of such comparisons."
     )
     if comparison.attrs.get("durations"):
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING,
+        yield document_nodes.warning(
             "The durations differ, so extremes, sums and places at the end differ by that alone.",
         )
     if codes := str(comparison.attrs.get("codes_apart", "")).split():
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING,
+        yield document_nodes.warning(
             "Codes differ too. They are not tested: {}.",
             [", ".join(codes)],
         )
@@ -348,7 +346,7 @@ def _study_outcome(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
         yield _difference_table(differing)
 
 
-def _channel_pictures(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _channel_pictures(comparison: xr.Dataset) -> document_nodes.Nodes:
     differing, paired = _differing_channels(comparison), bool(comparison.attrs.get("paired"))
     if not differing.sizes["channel"]:
         return
@@ -396,7 +394,7 @@ def _other_channels(
         yield document_nodes.Sentence(f"Equal in all runs: {', '.join(names)}.")
 
 
-def _test_assumptions(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _test_assumptions(comparison: xr.Dataset) -> document_nodes.Nodes:
     paired = bool(comparison.attrs.get("paired"))
     test = (
         "Runs of the same seed and parameters are pairs; their differences are tested by"
@@ -438,7 +436,7 @@ def _difference_table(rows: xr.Dataset) -> document_nodes.Table:
     return document_nodes.Table(head, [_study_row(channel) for channel in _rows(rows)])
 
 
-def _study_row(channel: xr.Dataset) -> list[document_nodes.Cell]:
+def _study_row(channel: xr.Dataset) -> document_nodes.Row:
     unit = str(channel.units.values)
     names = ("ours_mean", "theirs_mean", "difference")
     means = [document_nodes.Value(float(channel[name]), unit) for name in names]

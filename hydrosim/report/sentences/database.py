@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.database.checks import Finding
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.files.document import Document
-from hydrosim.files.document_nodes import Cell, List, Node, Outcome, Sentence, Table, Verdict
+from hydrosim.files.document_nodes import List, Node, Outcome, Row, Sentence, Table, Verdict
 from hydrosim.water.radiation import retardation
 
 _OPTIONAL = (
@@ -64,7 +64,7 @@ def _verdict_of(finding: Finding) -> Verdict:
     return Verdict(outcome, "{}: {}", [finding.name, finding.advice])
 
 
-def _finding_cells(finding: Finding) -> list[Cell]:
+def _finding_cells(finding: Finding) -> Row:
     figure = "" if finding.left_out else f"{finding.figure:.2g}"
     refusal = "" if np.isinf(finding.refusal) else f"{finding.refusal:g}"
     return [finding.name, figure, f"{finding.limit:g}", refusal, _verdict_text(finding)]

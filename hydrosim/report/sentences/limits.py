@@ -51,7 +51,8 @@ HOUR_S = 3600.0
 def limits_document(limits: xr.Dataset) -> Document:
     """The report of limits of operation."""
     units = units_of(limits.attrs)
-    nodes = [*sections.title_block(limits), *sections.build_sections(LIMIT_SECTIONS, limits)]
+    block = sections.title_block(limits, sections.case_data(limits))
+    nodes = [*block, *sections.build_sections(LIMIT_SECTIONS, limits)]
     return Document(sections.title_of(limits), nodes, _subtitle_text(limits), units)
 
 
@@ -70,7 +71,7 @@ def _subtitle_text(limits: xr.Dataset) -> str:
     return f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
 
 
-def _describe_outcome(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_outcome(limits: xr.Dataset) -> document_nodes.Nodes:
     criteria = sections.lines_of(limits, "criteria") or ["none are named"]
     yield document_nodes.List(criteria, "Criteria")
     if "failed" in limits.attrs:
@@ -109,7 +110,7 @@ def _describe_method(limits: xr.Dataset) -> Iterator[document_nodes.Sentence]:
         yield document_nodes.Sentence(text, [str(inferred), str(wrong)], detail=True)
 
 
-def weather_nodes(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+def weather_nodes(limits: xr.Dataset) -> document_nodes.Nodes:
     """What the limits are worth in a scatter diagram and a hindcast."""
     several = limits.sizes["heading"] * limits.sizes["swell"] > 1
     if several and "bearing" not in limits.attrs and {"scatter_workable", "waiting"} & {*limits}:
@@ -144,14 +145,14 @@ def weather_nodes(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
         yield from _describe_hindcast(limits)
 
 
-def _describe_alpha_factors(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_alpha_factors(limits: xr.Dataset) -> document_nodes.Nodes:
     """The alpha factor of each limit."""
     unmirrored = without_images(limits)
     head = (
         "peak period",
         *(_heading_words(float(heading), unmirrored) for heading in unmirrored.heading.values),
     )
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [digits_of(float(period)), *(document_nodes.Value(float(x), "", 3) for x in at)]
         for period, at in zip(unmirrored.peak_period.values, unmirrored.alpha.values.T, strict=True)
     ]
@@ -161,15 +162,14 @@ def _describe_alpha_factors(limits: xr.Dataset) -> Iterator[document_nodes.Node]
     if limits.alpha.isnull().any():
         lowest = document_nodes.Value(float(limits.attrs.get("alpha_lowest", np.nan)), "m", 3)
         count, of = int(unmirrored.alpha.isnull().sum()), unmirrored.alpha.size
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING,
+        yield document_nodes.warning(
             "The alpha table begins at {}, above {} of {} limits. These have no factor and count as"
             " not workable: give the table a column for lower heights.",
             [lowest, str(count), str(of)],
         )
 
 
-def _describe_hindcast(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_hindcast(limits: xr.Dataset) -> document_nodes.Nodes:
     """Windows and waiting times in a hindcast."""
     yield document_nodes.Sentence("Hindcast: {}.", [str(limits.attrs.get("hindcast", ""))])
     if "bearing" in limits.attrs:
@@ -179,8 +179,7 @@ def _describe_hindcast(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
         )
     outside = document_nodes.Value(float(limits.hindcast_outside), "share", 3)
     if outside.number > MAX_SHARE_OUTSIDE:
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING,
+        yield document_nodes.warning(
             "{} of the time has no limit. Add peak periods, and with a bearing headings at most {}"
             " apart, that cover the hindcast.",
             [outside, document_nodes.Value(MAX_HEADING_GAP, "rad", 3)],
@@ -192,14 +191,14 @@ def _describe_hindcast(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
     if "hindcast_below_alpha" in limits:
         share = document_nodes.Value(float(limits.hindcast_below_alpha), "share", 3)
         text = "{} of the time has a limit below the alpha table, and counts as not workable."
-        yield document_nodes.Verdict(document_nodes.Outcome.WARNING, text, [share])
+        yield document_nodes.warning(text, [share])
     window = float(limits.waiting.attrs["window"]) / HOUR_S
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
     rows = [_season_cells(limits.sel(season=season)) for season in limits.season.values]
     yield document_nodes.Table(head, rows, f"Windows of {window:g} h")
 
 
-def _season_cells(at: xr.Dataset) -> list[document_nodes.Cell]:
+def _season_cells(at: xr.Dataset) -> document_nodes.Row:
     workable, startable, never = (
         document_nodes.Value(float(at[f"hindcast_{name}"]), "share", 3)
         for name in ("workable", "startable", "never")
@@ -283,7 +282,7 @@ def side_of(limit: float, limits: xr.Dataset) -> str:
     return "above" if limit >= limits.attrs["highest"] - near else ""
 
 
-def _limit_rows(limits: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
+def _limit_rows(limits: xr.Dataset) -> Iterator[document_nodes.Row]:
     for stage in limits.stage.values:
         for name, at in _limits_by_heading(limits.sel(stage=stage)):
             for k, period in enumerate(at.peak_period.values):
@@ -318,14 +317,14 @@ def _limit_cells(at_period: xr.Dataset) -> tuple[document_nodes.Cell, document_n
     return document_nodes.Value(limit, "m"), document_nodes.Between(max(low, 0.0), top, "m", 3)
 
 
-def _describe_case(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_case(limits: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Sentence(
         "The case of all seas. Heights, peak periods, headings and seeds are those of the study."
     )
-    yield from sections.case_nodes(limits)
+    yield from sections.case_nodes(limits, sections.case_data(limits))
 
 
-def _limit_assumptions(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _limit_assumptions(limits: xr.Dataset) -> document_nodes.Nodes:
     spectra = _are_from_spectra(limits)
     assumptions = {
         label: sections.attribute_text(limits.attrs[name])
@@ -344,7 +343,7 @@ def _are_from_spectra(limits: xr.Dataset) -> bool:
     return int(limits.attrs.get("runs", 1)) == 0
 
 
-def _describe_convergence(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_convergence(limits: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Sentence(
         "This study does not assess how limits change with the step of the solver."
     )

@@ -5,34 +5,37 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite, isinf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.joint.locks import CLOSED as CLOSED_JOINT
 from hydrosim.elements.joint.locks import WAITING
+from hydrosim.elements.kind import SummaryColumn, Topic, Variable
 from hydrosim.elements.trigger import BEFORE
 from hydrosim.files.display_units import DEFAULT, Units, unit_of_dof, units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import (
     Cell,
     List,
-    Node,
+    Nodes,
     Outcome,
     Part,
+    Row,
     Sentence,
     Table,
     Value,
     Verdict,
+    warning,
     warnings,
 )
 from hydrosim.files.series import unit_of, units_along
 from hydrosim.report.sentences.sections import attribute_text, lines_of, title_of
-from hydrosim.results import ledger
-from hydrosim.results.channels import COORDINATE_LINKS, largest_loads
+from hydrosim.results import ledger, phases
+from hydrosim.results.channels import largest_loads
 from hydrosim.results.dataset import is_part
-from hydrosim.results.phases import FIGURES, STAGE_TIME
+from hydrosim.results.variables import BY_RANK
 from hydrosim.statistics.figures import Criterion, criteria_of
 
 if TYPE_CHECKING:
@@ -43,35 +46,35 @@ if TYPE_CHECKING:
 # Stages of groups of contacts, and impacts where contacts close.
 
 
-def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
+def stage_nodes(run: xr.Dataset) -> Nodes:
     """Times of the stages and figures of the contacts, a column for each group. Groups without a
     stage are left out, and a run without groups has no table."""
-    if STAGE_TIME not in run:
+    if phases.STAGE_TIME not in run:
         return
-    times = run[STAGE_TIME].transpose("contact_group", "stage").values
+    times = run[phases.STAGE_TIME].transpose("contact_group", "stage").values
     groups = run.isel(contact_group=np.flatnonzero(np.isfinite(times).any(axis=1)))
     if groups.sizes["contact_group"]:
         head = ("stage or figure", *map(str, groups.contact_group.values))
         yield Table(head, [*_stage_time_rows(groups), *_stage_figure_rows(groups)], "Stages")
 
 
-def _stage_time_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
+def _stage_time_rows(groups: xr.Dataset) -> Iterator[Row]:
     """The time of each stage that a group has come to."""
     for stage in groups.stage.values:
-        times = groups[STAGE_TIME].sel(stage=stage).values
+        times = groups[phases.STAGE_TIME].sel(stage=stage).values
         if np.isfinite(times).any():
             yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
 
 
-def _stage_figure_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
-    for name, (what, unit) in FIGURES.items():
+def _stage_figure_rows(groups: xr.Dataset) -> Iterator[Row]:
+    for name, (what, unit) in phases.FIGURES.items():
         yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
 
 
 # Criteria of a run: values, limits and margins.
 
 
-def criteria_nodes(run: xr.Dataset) -> Iterator[Node]:
+def criteria_nodes(run: xr.Dataset) -> Nodes:
     """A verdict on all criteria of a run, one on each that is not met, and the register."""
     criteria = criteria_of(run)
     if not criteria:
@@ -117,7 +120,7 @@ def criterion_not_met(of: Criterion, at: str = "", more: str = "") -> Verdict:
     )
 
 
-def criterion_figures(of: Criterion) -> list[Cell]:
+def criterion_figures(of: Criterion) -> Row:
     """Name, value, limit, margin, and the share of the limit that is used."""
     limit, margin = (Value(number, of.unit) for number in (of.limit, of.margin))
     return [of.name, _shown_value(of), limit, margin, Value(of.utilisation, "share", 3)]
@@ -163,7 +166,7 @@ def run_document(run: xr.Dataset) -> Document:
     return Document(title_of(run), list(summary(run)), units=units_of(run.attrs))
 
 
-def summary(run: xr.Dataset) -> Iterator[Node]:
+def summary(run: xr.Dataset) -> Nodes:
     """Criteria and verdicts first, then tables, then how the run was solved."""
     if not is_part(run):
         yield from criteria_nodes(run)
@@ -174,14 +177,12 @@ def summary(run: xr.Dataset) -> Iterator[Node]:
     yield from solver_tables(run)
 
 
-def result_tables(run: xr.Dataset) -> Iterator[Node]:
+def result_tables(run: xr.Dataset) -> Nodes:
     """Motions, contacts, lines and clearances."""
     head = ("motion", "mean", "std", "smallest", "largest", "at the end")
     measured = "position_error" in run and not is_part(run)
     yield Table((*head, "error") if measured else head, list(_motion_rows(run, measured)))
-    yield from _result_table(run, "joint_motion")
-    if "joint" in run.dims:
-        yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
+    yield from _unit_tables(run, Topic.JOINTS, Topic.DRIVES)
     if "drive" in run.dims and run.time.size:
         driven = ("drive", "largest force", "work done")
         yield Table(driven, list(_drive_rows(run)), "Prescribed motion")
@@ -194,21 +195,21 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
         yield Table(head, list(_contact_rows(run)), title)
         if not is_part(run):
             yield from stage_nodes(run)
-    for dim in ("spring", "line", "winch", "compensator", "strut", "torsion_spring"):
-        yield from _result_table(run, dim)
-    for dim in COORDINATE_LINKS:
-        yield from _result_table(run, dim)
+    yield from _unit_tables(run, Topic.TENSIONS, Topic.JOINTS)
+    yield from _unit_tables(run, Topic.LINKS, Topic.CAPACITIES)
+    yield from _unit_tables(run, Topic.COORDINATES, Topic.LINKS)
     if "pto" in run.dims:
         powers = ("power take-off", "mean power", "largest", "absorbed")
         yield Table(powers, list(_pto_rows(run)))
     if rows := list(_capacity_rows(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
         yield Table(shares, rows, "Loads beside capacities, at output times")
-    yield from _describe_externals(run)
-    yield from _result_table(run, "gap")
+    if acted := lines_of(run, "external_forces"):
+        yield List(acted, "External forces, by functions of Python", detail=True)
+    yield from _unit_tables(run, Topic.CAPACITIES, Topic.DETAILS)
 
 
-def solver_tables(run: xr.Dataset) -> Iterator[Node]:
+def solver_tables(run: xr.Dataset) -> Nodes:
     """Method and steps of the solver, and models of radiation."""
     if not is_part(run):
         yield Table(("solver", ""), list(_solver_rows(run)), detail=True)
@@ -216,7 +217,7 @@ def solver_tables(run: xr.Dataset) -> Iterator[Node]:
         yield List(told, "Radiation", detail=True)
 
 
-def verdicts(run: xr.Dataset) -> Iterator[Node]:
+def verdicts(run: xr.Dataset) -> Nodes:
     """How the run ended, whether its energy adds up, how good its radiation is, and warnings."""
     yield status_verdict(run)
     yield from solution_verdicts(run)
@@ -234,7 +235,7 @@ def solution_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
 
 
-def element_verdicts(run: xr.Dataset) -> Iterator[Node]:
+def element_verdicts(run: xr.Dataset) -> Nodes:
     """Elements that have not begun, joints that have not closed, loads above capacities."""
     if "trigger" in run.dims:
         yield from _describe_waiting(run)
@@ -251,7 +252,7 @@ def status_verdict(run: xr.Dataset) -> Verdict:
             "This is a part of a run ({}): {} records over {}."
             " Figures of the whole run are left out."
         )
-        return Verdict(Outcome.WARNING, text, [status, str(run.time.size), simulated])
+        return warning(text, [status, str(run.time.size), simulated])
     start = ""
     if "initial_run" in run.attrs:
         start = f", started from {run.attrs['initial_run']} at {run.attrs['initial_time']:g} s"
@@ -287,34 +288,34 @@ def radiation_verdict(error: float) -> Verdict:
     return Verdict(outcome, text, [Value(error, "share", 2), Value(RADIATION_GOOD, "share", 2)])
 
 
-def _describe_waiting(run: xr.Dataset) -> Iterator[Node]:
+def _describe_waiting(run: xr.Dataset) -> Nodes:
     """Elements and pumps that have not begun by the end."""
     before = np.all(run.trigger_stage.values == BEFORE, axis=0)
     for name in run.trigger.values[before]:
         text = "{} has not begun: its condition was not met."
-        yield Verdict(Outcome.WARNING, text, [str(name)])
+        yield warning(text, [str(name)])
 
 
-def _never_closed(run: xr.Dataset) -> Iterator[Node]:
+def _never_closed(run: xr.Dataset) -> Nodes:
     """Joints that wait for their window until the end."""
     for name in _names_of_locks(run):
         modes = run.lock_mode.sel(lock=name).values
         if modes.size and modes[-1] == WAITING and not (modes == CLOSED_JOINT).any():
             text = "{} has not closed: it was never within its window."
-            yield Verdict(Outcome.WARNING, text, [name])
+            yield warning(text, [name])
 
 
-def _overload_warnings(run: xr.Dataset) -> Iterator[Node]:
+def _overload_warnings(run: xr.Dataset) -> Nodes:
     """Contacts and lines whose load was above their capacity."""
     for load in largest_loads(run):
         if load.largest > load.capacity:
             text = "{} carried {} at {}, more than its capacity of {}."
             values = [Value(load.largest, "N", 4), Value(load.time, "s", 4)]
             parts: list[Part] = [load.unit, *values, Value(load.capacity, "N", 4)]
-            yield Verdict(Outcome.WARNING, text, parts)
+            yield warning(text, parts)
 
 
-def _capacity_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _capacity_rows(run: xr.Dataset) -> Iterator[Row]:
     """Largest loads beside capacities."""
     for load in largest_loads(run):
         used = Value(load.largest / load.capacity, "share", 3)
@@ -322,120 +323,60 @@ def _capacity_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [load.unit, largest, Value(load.time, "s"), Value(load.capacity, "N"), used]
 
 
-class ResultColumn(NamedTuple):
-    """A column of a table: its heading, and the ``figure`` of a variable over time (nt,) that it
-    has, in an SI unit; default: that of the variable."""
-
-    heading: str
-    variable: str
-    figure: Callable[[np.ndarray], float]
-    unit: str = ""
-    digits: int = 4
+def _largest_norm(vectors: np.ndarray) -> float:
+    return float(np.linalg.norm(vectors, axis=1).max())
 
 
-def _start_value(values: np.ndarray) -> float:
-    return float(values[0])
-
-
-def _end_value(values: np.ndarray) -> float:
-    return float(values[-1])
-
-
-def _zero_share(values: np.ndarray) -> float:
-    return float(np.mean(values == 0))
-
-
-FIGURES_OF_RANGE: dict[str, Callable[[np.ndarray], float]] = {
-    "mean": np.mean,
-    "std": np.std,
-    "smallest": np.min,
-    "largest": np.max,
-    "at the end": _end_value,
+FIGURES: dict[str, tuple[Callable[[np.ndarray], float], str, int]] = {
+    "at the start": (lambda x: x[0], "", 4),
+    "mean": (np.mean, "", 4),
+    "std": (np.std, "", 4),
+    "smallest": (np.min, "", 4),
+    "largest": (np.max, "", 4),
+    "at the end": (lambda x: x[-1], "", 4),
+    "share of zeros": (lambda x: np.mean(x == 0), "share", 2),
+    "count": (lambda x: x[-1], "1", 0),
+    "largest force": (lambda load: _largest_norm(load[:, :3]), "N", 4),
+    "largest moment": (lambda load: _largest_norm(load[:, 3:]), "N m", 4),
 }
+"""Figures of a variable over time (nt, ...), each with its SI unit, by default that of the
+variable, and its digits; without digits it is a whole number."""
 
 
-def _range_columns(variable: str, *headings: str, quantity: str = "") -> list[ResultColumn]:
-    """Columns of `FIGURES_OF_RANGE`, the first with the ``quantity``."""
-    texts = [f"{headings[0]} {quantity}".strip(), *headings[1:]]
-    figures = [FIGURES_OF_RANGE[heading] for heading in headings]
-    return [ResultColumn(t, variable, x) for t, x in zip(texts, figures, strict=True)]
-
-
-def _tension_columns(dim: str) -> list[ResultColumn]:
-    tension = f"{dim}_tension"
-    start = ResultColumn("tension at the start", tension, _start_value, "N")
-    columns = [start, *_range_columns(tension, "mean", "largest")]
-    return [column._replace(unit="N") for column in columns]
-
-
-LINK_RANGE = ("mean", "smallest", "largest")
-RESULT_TABLES: dict[str, tuple[str, list[ResultColumn]]] = {
-    "joint_motion": ("joint", _range_columns("joint_position", *FIGURES_OF_RANGE)),
-    "spring": (
-        "line",
-        [
-            *_tension_columns("spring"),
-            ResultColumn("slack", "spring_mode", _zero_share, "share", 2),
-        ],
-    ),
-    "line": (
-        "catenary",
-        [
-            *_tension_columns("line"),
-            ResultColumn("smallest on the seabed", "line_grounded", np.min, "m"),
-        ],
-    ),
-    "winch": (
-        "winch",
-        [
-            *_tension_columns("winch")[:2],
-            ResultColumn("largest", "winch_largest_tension", _end_value, "N"),
-            ResultColumn("slack", "winch_tension", _zero_share, "share", 2),
-            ResultColumn("shortest", "winch_length", np.min, "m"),
-            ResultColumn("longest", "winch_length", np.max, "m"),
-        ],
-    ),
-    "compensator": (
-        "compensator",
-        [
-            *_tension_columns("compensator"),
-            ResultColumn("smallest", "compensator_tension", np.min, "N"),
-        ],
-    ),
-    "strut": ("strut", _range_columns("strut_force", *LINK_RANGE, quantity="force")),
-    "torsion_spring": (
-        "torsion spring",
-        _range_columns("torsion_moment", *LINK_RANGE, quantity="moment"),
-    ),
-    **{
-        dim: (dim.replace("_", " "), _range_columns(f"{dim}_load", *LINK_RANGE, quantity="load"))
-        for dim in COORDINATE_LINKS
-    },
-    "gap": ("clearance", _range_columns("clearance", "smallest", "at the end")),
-}
-"""Tables of a row for each unit of a dimension: what the units are, and the columns."""
-
-
-def _result_table(run: xr.Dataset, dim: str) -> Iterator[Table]:
-    """The table of a dimension, if the run has it. A part of a run has no start."""
-    if dim in run.dims:
-        name, columns = RESULT_TABLES[dim]
-        rows: list[list[Cell]] = [
-            [label, *(_result_cell(run, column, dim, label) for column in columns)]
-            for label in map(str, run[dim].values)
+def _unit_tables(run: xr.Dataset, first: int, end: int) -> Iterator[Table]:
+    """A table for each dimension of units, of the summaries of its variables. These are about
+    topics from the ``first`` up to, and without, the ``end``."""
+    described: dict[str, Variable] = {}
+    columns: dict[str, list[tuple[str, SummaryColumn]]] = {}
+    for name, variable in BY_RANK.items():
+        if variable.summary and name in run and run.sizes["time"]:
+            dim = next(str(dim) for dim in run[name].dims if dim != "time")
+            described.setdefault(dim, variable)
+            columns.setdefault(dim, []).extend((c.variable or name, c) for c in variable.summary)
+    for dim, variable in described.items():
+        if not first <= variable.chart.rank < end:
+            continue
+        rows: list[Row] = [
+            [unit, *(_figure_cell(run, name, column, dim, unit) for name, column in columns[dim])]
+            for unit in map(str, run[dim].values)
         ]
-        yield Table((name, *(column.heading for column in columns)), rows)
+        label = variable.row_label or dim.replace("_", " ")
+        yield Table((label, *(column.heading for _, column in columns[dim])), rows)
 
 
-def _result_cell(run: xr.Dataset, column: ResultColumn, dim: str, label: str) -> Cell:
-    if column.figure is _start_value and is_part(run):
+def _figure_cell(run: xr.Dataset, name: str, column: SummaryColumn, dim: str, unit: str) -> Cell:
+    """A figure of a unit. A part of a run has no start."""
+    if column.figure == "at the start" and is_part(run):
         return ""
-    values = run[column.variable].sel({dim: label}).values
-    unit = column.unit or units_along(run, column.variable)[label]
-    return Value(float(column.figure(values)), unit, column.digits)
+    figure, shown_unit, digits = FIGURES[column.figure]
+    values = run[name].sel({dim: unit}).transpose("time", ...).values
+    number = float(figure(values))
+    if not digits:
+        return f"{number:.0f}"
+    return Value(number, shown_unit or units_along(run, name)[unit], digits)
 
 
-def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
+def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[Row]:
     """How bodies move about their place at rest, where they do; with their ``measured`` errors."""
     for body in map(str, run.body.values):
         for dof in map(str, run.dof.values):
@@ -450,14 +391,7 @@ def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
                 yield [f"{body} {dof}", *cells]
 
 
-def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.joint.values):
-        load = run.joint_force.sel(joint=name).transpose("time", "dof").values
-        force, moment = (np.linalg.norm(part, axis=1).max() for part in np.hsplit(load, 2))
-        yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
-
-
-def _drive_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _drive_rows(run: xr.Dataset) -> Iterator[Row]:
     """The largest force of each drive, and its work over the run."""
     for label in map(str, run.drive.values):
         force = run.drive_force.sel(drive=label).values
@@ -467,14 +401,14 @@ def _drive_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [label, largest, Value(float(work[-1] - work[0]), "J")]
 
 
-def _lock_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _lock_rows(run: xr.Dataset) -> Iterator[Row]:
     """When joints that come and go hold, and what their closing costs."""
     for name in _names_of_locks(run):
         closed = run.lock_mode.sel(lock=name).values == CLOSED_JOINT
         at = run.time.values[closed]
         if closed.all():
             continue
-        first: list[Cell] = [Value(float(at[0]), "s"), Value(float(at[-1]), "s")] if at.size else []
+        first: Row = [Value(float(at[0]), "s"), Value(float(at[-1]), "s")] if at.size else []
         loss = run.lock_loss.sel(lock=name).values
         share = Value(float(closed.mean()), "share", 2)
         yield [name, *(first or ["never", ""]), share, Value(float(loss[-1] - loss[0]), "J")]
@@ -484,7 +418,7 @@ def _names_of_locks(run: xr.Dataset) -> list[str]:
     return list(map(str, run.lock.values)) if "lock" in run.dims else []
 
 
-def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _contact_rows(run: xr.Dataset) -> Iterator[Row]:
     modes = run.fender_mode.values
     time = run.time.values
     for i, name in enumerate(map(str, run.fender.values)):
@@ -500,23 +434,7 @@ def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, first, *shares, Value(float(slip[-1] - before), "m")]
 
 
-def _describe_externals(run: xr.Dataset) -> Iterator[Node]:
-    """Functions of Python that gave forces, and the energy that a delay of theirs made."""
-    if acted := lines_of(run, "external_forces"):
-        yield List(acted, "External forces, by functions of Python", detail=True)
-    if "external" in run.dims and run.time.size:
-        last = run.isel(time=-1)
-        names, calls, energies = (
-            last[name].values for name in ("external", "external_calls", "external_delay_energy")
-        )
-        rows: list[list[Cell]] = [
-            [str(name), f"{int(count)}", Value(float(energy), "J")]
-            for name, count, energy in zip(names, calls, energies, strict=True)
-        ]
-        yield Table(("external force", "calls", "energy of its delay"), rows)
-
-
-def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _pto_rows(run: xr.Dataset) -> Iterator[Row]:
     """Power and energy of each power take-off; the energy is the integral of the power over the
     steps of the run."""
     lasts = float(run.time[-1] - run.time[0])
@@ -528,7 +446,7 @@ def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, Value(mean, "W"), Value(largest, "W"), Value(energy, "J")]
 
 
-def _solver_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _solver_rows(run: xr.Dataset) -> Iterator[Row]:
     for key, label in SOLVER.items():
         if key in run.attrs:
             yield [label, attribute_text(run.attrs[key])]
@@ -548,7 +466,7 @@ def _radiation_texts(run: xr.Dataset) -> Iterator[str]:
 # Errors of a run, as far as the run knows them.
 
 
-def convergence(run: xr.Dataset) -> Iterator[Node]:
+def convergence(run: xr.Dataset) -> Nodes:
     """The residual of energy, errors of radiation; what was not assessed is said to be so."""
     name = Path(str(run.attrs.get("case_file", "CASE.yaml"))).name
     yield from _step_errors(run)
@@ -567,7 +485,7 @@ def convergence(run: xr.Dataset) -> Iterator[Node]:
         yield List(lines, "Radiation")
 
 
-def _step_errors(run: xr.Dataset) -> Iterator[Node]:
+def _step_errors(run: xr.Dataset) -> Nodes:
     """What the errors by the steps of the solver were measured against."""
     if ledger.COMPANION in run.attrs:
         yield Sentence(
@@ -607,20 +525,20 @@ def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) 
     return Document(title, [reference, Table(head, list(_trial_rows(study)))], units=units)
 
 
-def _trial_rows(study: ConvergenceStudy) -> Iterator[list[Cell]]:
+def _trial_rows(study: ConvergenceStudy) -> Iterator[Row]:
     last: ConvergenceTrial | None = None
     for trial in study.trials:
         same = last is not None and last.method is trial.method
         order = trial.order(last) if last is not None and same else nan
-        cells: list[Cell] = [str(trial.method), Value(trial.setting, digits=3)]
+        cells: Row = [str(trial.method), Value(trial.setting, digits=3)]
         last = trial
         if trial.remark:
             yield [*cells, "failed", "", "", "", "", ""]
             continue
-        errors: list[Cell] = [
+        errors: Row = [
             Value(trial.motion, "m", 2),
             Value(order, digits=2) if isfinite(order) else "",
         ]
         errors += [Value(trial.crawl, "m", 2), Value(trial.energy, "", 2)]
-        cost: list[Cell] = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
+        cost: Row = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
         yield [*cells, *errors, *cost]

@@ -1,27 +1,54 @@
-"""Sections of a document from what a result holds, title block, case and assumptions."""
+"""Summaries of results, sections of a document, title block, case and assumptions."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from hydrosim.case.criteria import TITLE_BLOCK
 from hydrosim.case.tables import case_tables, plain, seas, shorten_path
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
 from hydrosim.files.document_layout import digits_of
+from hydrosim.results.dataset import ResultKind, kind_of
 from hydrosim.scene import Place
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Result = TypeVar("Result")
-SectionBuilder = Callable[[Result], Iterator[document_nodes.Node]]
+SectionBuilder = Callable[[Result], document_nodes.Nodes]
 Sections = Mapping[str, tuple[str, SectionBuilder[Result]]]
 """Sections by name: the heading, and what gives the nodes below it."""
 MAX_TABLE_ROWS = 300
 """Rows of a table, and remarks of a list."""
+
+
+SUMMARIES: dict[str, str] = {
+    ResultKind.SET: "study:study_tables",
+    ResultKind.STUDY: "study:study_tables",
+    ResultKind.OPERABILITY: "limits:limits_tables",
+    ResultKind.COMPARISON: "comparison:comparison_tables",
+    ResultKind.SET_COMPARISON: "comparison:studies_tables",
+    ResultKind.ANALYSIS: "analysis:linear_document",
+}
+"""Functions of this folder that make the summaries of results besides runs, by kind."""
+
+
+def summary_of(dataset: xr.Dataset) -> Document:
+    """The text that a command prints of its result: a run, many runs, limits of operation, a
+    comparison, or a linear analysis."""
+    return make_document(SUMMARIES.get(kind_of(dataset), "run:run_document"), dataset)
+
+
+def make_document(function: str, dataset: xr.Dataset) -> Document:
+    """The document of a result by a ``function`` "module:name" of this folder. Only the module of
+    its kind is loaded."""
+    document: Document = resolve_name(f"{__package__}.{function}")(dataset)
+    return document
 
 
 def build_sections(parts: Sections[Result], result: Result) -> list[document_nodes.Node]:
@@ -43,6 +70,11 @@ def lines_of(result: xr.Dataset, attribute: str) -> list[str]:
     return str(result.attrs.get(attribute, "")).splitlines()
 
 
+def case_data(result: xr.Dataset) -> dict[str, Any]:
+    """The case of a result with every default; empty if it holds none."""
+    return plain(str(result.attrs.get("case_resolved", "")))
+
+
 def attribute_text(value: Any) -> str:
     """An attribute of a result: lines as sentences, numbers as numbers."""
     if isinstance(value, str):
@@ -53,7 +85,7 @@ def attribute_text(value: Any) -> str:
         return str(value)
 
 
-def _build_section(part: SectionBuilder[Result], result: Result) -> Iterator[document_nodes.Node]:
+def _build_section(part: SectionBuilder[Result], result: Result) -> document_nodes.Nodes:
     """The nodes of a part. A result of another version or origin gives those that can be made."""
     try:
         yield from part(result)
@@ -72,7 +104,7 @@ def table_of(
     """Table with a row for each label of the one dimension of the ``columns``: by heading, an array
     with the unit and the digits that its values are shown with."""
     (first, *_), *_ = columns.values()
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [
             str(label),
             *(document_nodes.Value(float(of[k]), *shown) for of, *shown in columns.values()),
@@ -95,24 +127,23 @@ LABELS = {
 }
 
 
-def title_block(result: xr.Dataset) -> Iterator[document_nodes.Node]:
+def title_block(result: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """Project, client, author and revision as the case gives them; remarks; the seas."""
     block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
-    rows: list[list[document_nodes.Cell]] = [
+    rows: list[document_nodes.Row] = [
         [label, block[key]] for key, label in LABELS.items() if key in block
     ]
-    rows += [["Sea", sea] for sea in _sea_texts(result)]
+    rows += [["Sea", sea] for sea in _sea_texts(result, case)]
     rows.append(["Computed by", str(result.attrs.get("program", "hydrosim"))])
     yield document_nodes.Table(("", ""), rows)
     if "remarks" in block:
         yield document_nodes.Sentence("{}", [block["remarks"]])
 
 
-def _sea_texts(result: xr.Dataset) -> list[str]:
+def _sea_texts(result: xr.Dataset, case: Mapping[str, Any]) -> list[str]:
     if told := lines_of(result, "seas"):
         return told
-    data = plain(str(result.attrs.get("case_resolved", "")))
-    return seas(data, units_of(result.attrs)) if data else []
+    return seas(case, units_of(result.attrs)) if case else []
 
 
 # Basis of a run: its case, what was assumed, left out or warned of.
@@ -140,23 +171,22 @@ OF_BODIES = {
 }
 
 
-def case_nodes(run: xr.Dataset) -> Iterator[document_nodes.Node]:
+def case_nodes(run: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """The case in short, as it was written, and with every default."""
-    data = plain(str(run.attrs.get("case_resolved", "")))
-    yield from case_tables(data)
+    yield from case_tables(case)
     if text := run.attrs.get("case"):
         yield document_nodes.Code(
             "The case as it was written, with its units and remarks", str(text)
         )
     if text := run.attrs.get("case_resolved"):
         yield document_nodes.Code("The case with every default, in SI and radians", str(text))
-    if not (data or run.attrs.get("case")):
+    if not (case or run.attrs.get("case")):
         yield document_nodes.Sentence(
             "The result does not hold its case. It was made from Python or otherwise."
         )
 
 
-def assumption_nodes(run: xr.Dataset) -> Iterator[document_nodes.Node]:
+def assumption_nodes(run: xr.Dataset) -> document_nodes.Nodes:
     """Warnings first, then all that the run says of its assumptions."""
     if told := document_nodes.warnings(lines_of(run, "warnings")):
         yield from told

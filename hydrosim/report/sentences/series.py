@@ -1,4 +1,4 @@
-"""Ledger of a run, why a body moved, and runs over their seeds."""
+"""Why a body moved, and runs over their seeds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import text_of, value_text
-from hydrosim.report import run_charts
 from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, title_of
 from hydrosim.results import phases
 from hydrosim.statistics import explain, over_seeds
@@ -20,28 +19,6 @@ from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY, VALUES_FOR_INTERVAL
 
 if TYPE_CHECKING:
     import xarray as xr
-
-CHARTS_NOTE = (
-    "Drag over a chart to look closer, double-click to see all; all charts follow. By keyboard:"
-    " arrows move the cursor, + and - look closer and wider, 0 shows all. A name in a legend hides"
-    " its line."
-)
-
-
-def ledger(run: xr.Dataset) -> Iterator[document_nodes.Node]:
-    """What became of the energy from start to end."""
-    if run.time.size < 1:
-        return
-    kinetic = run.energy_kinetic.values
-    rows = [("kinetic", document_nodes.Value(float(kinetic[-1]), "J"), "held at the end")]
-    for part, label in run_charts.ENERGY_LABELS.items():
-        for name in run_charts.ledger_names(run, part):
-            value = float(run[f"energy_{part}_{name}"].values[-1])
-            rows.append((name.replace("_", " "), document_nodes.Value(value, "J"), label))
-    last = float(run.energy_residual.values[-1])
-    rows.append(("residual", document_nodes.Value(last, "J"), "not accounted for"))
-    yield document_nodes.Table(("energy", "at the end", "what it is, since the start"), rows)
-
 
 # Why a body moved: figures by span of time; of many runs means with 90 % intervals.
 
@@ -81,9 +58,7 @@ def explanation_document(
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def explanation(
-    explanations: xr.Dataset, body: str, direction: str
-) -> Iterator[document_nodes.Node]:
+def explanation(explanations: xr.Dataset, body: str, direction: str) -> document_nodes.Nodes:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
     explanations = explanations.sel(span=reported_spans(explanations))
@@ -233,7 +208,7 @@ EXTREMES_METHOD_NOTE = (
 )
 
 
-def seed_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def seed_nodes(plan: PlanRuns) -> document_nodes.Nodes:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
     yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
     plan_combinations = list(combinations(plan))
@@ -246,15 +221,15 @@ def seed_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
         yield document_nodes.Sentence("{} more combinations are in motion, in the file.", [more])
 
 
-def extreme_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def extreme_nodes(plan: PlanRuns) -> document_nodes.Nodes:
     """Extremes over the seeds of figures, and of every other channel of the file."""
     plan_combinations = list(combinations(plan))
     if max((at.size for _, at in plan_combinations), default=0) < over_seeds.MIN_RUNS:
         text = "Most probable extremes and P90 over seeds take {} seeds or more."
         yield document_nodes.Sentence(text, [str(over_seeds.MIN_RUNS)], detail=True)
         return
-    figures: list[list[document_nodes.Cell]] = []
-    channels: list[list[document_nodes.Cell]] = []
+    figures: list[document_nodes.Row] = []
+    channels: list[document_nodes.Row] = []
     for k, (values, at) in enumerate(plan_combinations):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
@@ -276,8 +251,8 @@ def extreme_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
 
 
 def _extreme_tables(
-    what: str, rows: list[list[document_nodes.Cell]], of: bool = False, detail: bool = False
-) -> Iterator[document_nodes.Node]:
+    what: str, rows: list[document_nodes.Row], of: bool = False, detail: bool = False
+) -> document_nodes.Nodes:
     """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
     they are of before these."""
     if not rows:
@@ -292,11 +267,11 @@ def _extreme_tables(
     yield document_nodes.Table((*begin, "P90", "interval", "by"), shortened, title, detail)
 
 
-def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[document_nodes.Node]:
+def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> document_nodes.Nodes:
     """Between which values each motion is, extremes of another run, stages over runs."""
     head = ("motion", "smallest", "largest")
     moving = list(over_seeds.ends_of_motions(runs))
-    ends: list[list[document_nodes.Cell]] = [
+    ends: list[document_nodes.Row] = [
         [
             motion.name,
             document_nodes.Value(np.min(motion.low), motion.unit),
@@ -339,18 +314,18 @@ def value_of(value: object, unit: str) -> document_nodes.Value | str:
 
 def _extremes_over_runs(
     ends: Iterable[over_seeds.SmallestAndLargest],
-) -> list[list[document_nodes.Cell]]:
+) -> list[document_nodes.Row]:
     """Extremes of channels that enough runs have values of."""
     return [row for ends in ends for row in _extreme_rows(ends)]
 
 
-def _extreme_rows(ends: over_seeds.SmallestAndLargest) -> Iterator[list[document_nodes.Cell]]:
+def _extreme_rows(ends: over_seeds.SmallestAndLargest) -> Iterator[document_nodes.Row]:
     """Of the smallest and of the largest value of each run."""
     for side, extreme in over_seeds.find_extremes(ends):
         yield [ends.name, side, *_extreme_cells(extreme, ends.unit)]
 
 
-def _extreme_cells(extreme: over_seeds.SeedExtremes, unit: str) -> list[document_nodes.Cell]:
+def _extreme_cells(extreme: over_seeds.SeedExtremes, unit: str) -> document_nodes.Row:
     return [
         document_nodes.Value(extreme.probable, unit),
         document_nodes.Between(*extreme.interval, unit),
@@ -374,7 +349,7 @@ def _method_text(extreme: over_seeds.SeedExtremes) -> str:
     return f"{extreme.method} ({held}{more})"
 
 
-def _stage_rows(runs: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
+def _stage_rows(runs: xr.Dataset) -> Iterator[document_nodes.Row]:
     """Stages and figures of each group over runs: mean with its interval, and their range."""
     for name in runs.contact_group.values if phases.STAGE_TIME in runs else ():
         of = runs.sel(contact_group=name)

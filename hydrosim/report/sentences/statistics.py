@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.case.tables import plain
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
 from hydrosim.report.sentences import run as run_sentences
 from hydrosim.report.sentences.sections import lines_of, table_of, title_of
-from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
+from hydrosim.results.variables import TENSIONS
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import FORCE_DIMS
@@ -174,10 +173,10 @@ def statistics_document(run: xr.Dataset, statistics: xr.Dataset) -> Document:
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def line_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
+def line_nodes(statistics: xr.Dataset) -> document_nodes.Nodes:
     """Tensions of lines at the start of the run, and how much of their capacities they use."""
-    rows: list[list[document_nodes.Cell]] = []
-    for start in (f"{dim}_start" for dim in LINES if f"{dim}_start" in statistics):
+    rows: list[document_nodes.Row] = []
+    for start in (f"{dim}_start" for dim in TENSIONS if f"{dim}_start" in statistics):
         tensions = statistics[start]
         shares = statistics.get(f"{tensions.dims[0]}_used", np.nan * tensions)
         for tension, share in zip(tensions, shares, strict=True):
@@ -194,9 +193,7 @@ def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
     return statistics(run, ramp_end(run)) if has_statistics(run) else None
 
 
-def statistics_nodes(
-    run: xr.Dataset, statistics: xr.Dataset | None
-) -> Iterator[document_nodes.Node]:
+def statistics_nodes(run: xr.Dataset, statistics: xr.Dataset | None) -> document_nodes.Nodes:
     """What `statistics_of` a run gave."""
     if statistics is None:
         yield document_nodes.Sentence("The run has too few finite records for statistics.")
@@ -209,7 +206,7 @@ def statistics_nodes(
     yield from contact_nodes(statistics)
 
 
-def figures(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
+def figures(statistics: xr.Dataset) -> document_nodes.Nodes:
     """Moments of each channel that varies, its extremes, and why there are none."""
     every_channel = list(channels_of(statistics))
     channels = list(_channels_once(every_channel))
@@ -247,7 +244,7 @@ def _channels_once(channels: Sequence[StatisticsChannel]) -> Iterator[Statistics
             yield channel
 
 
-def contact_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
+def contact_nodes(statistics: xr.Dataset) -> document_nodes.Nodes:
     """Stages of groups of contacts, the share of time in each mode, crawl by phase."""
     if "contact_group" not in statistics.dims:
         return
@@ -276,23 +273,21 @@ def ramp_end(run: xr.Dataset) -> float:
 
 def _mean_verdicts(
     statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
-) -> Iterator[document_nodes.Node]:
+) -> document_nodes.Nodes:
     """Warnings of channels whose records have another mean than their impulses."""
     for channel in channels:
         recorded = channel.recorded_mean(statistics)
         if np.isfinite(recorded.number):
-            yield document_nodes.Verdict(
-                document_nodes.Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded]
-            )
+            yield document_nodes.warning(CHATTER_NOTE, [channel.title, recorded])
 
 
-def _moment_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[document_nodes.Cell]:
+def _moment_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> document_nodes.Row:
     return [channel.title, *(channel.figure(statistics, name) for name in MOMENTS)]
 
 
 def _extreme_rows(
     statistics: xr.Dataset, channel: StatisticsChannel
-) -> Iterator[list[document_nodes.Cell]]:
+) -> Iterator[document_nodes.Row]:
     for side in EXTREME_SIDES:
         basis = channel.basis(statistics, side)
         if basis in LAWS:
@@ -342,11 +337,11 @@ def _reason_sentence(
 
 def _describe_phases(
     statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
-) -> Iterator[document_nodes.Node]:
+) -> document_nodes.Nodes:
     """Figures of the channels that were asked for by name, in each phase."""
     if "named_phase" not in statistics:
         return
-    rows: list[list[document_nodes.Cell]] = []
+    rows: list[document_nodes.Row] = []
     for channel in (channel for channel in channels if channel.kind == "named"):
         for group in _groups_in_operation(statistics):
             for phase in map(str, statistics.phase.values):
@@ -370,7 +365,7 @@ def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
     return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
 
 
-def _phase_rows(statistics: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
+def _phase_rows(statistics: xr.Dataset) -> Iterator[document_nodes.Row]:
     for group in _groups_in_operation(statistics):
         for phase in map(str, statistics.phase.values):
             at = statistics.sel(contact_group=group, phase=phase)
@@ -396,12 +391,12 @@ MORE_SEAS = (
 WARNINGS_HINT = '{} under "Assumptions and warnings". Read {} before you use the results.'
 
 
-def main_results(run: xr.Dataset) -> Iterator[document_nodes.Node]:
+def main_results(run: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """Criteria met or not, how the run ended, for which sea, what is doubtful, and which loads are
     too large."""
     yield from list(run_sentences.criteria_nodes(run)) or [document_nodes.Sentence(NO_CRITERIA)]
     yield run_sentences.status_verdict(run)
-    if _is_of_random_waves(run):
+    if _is_of_random_waves(case):
         drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
         yield document_nodes.Sentence(ONE_SEA, [", ".join(map(str, drawn))])
     yield from (
@@ -412,25 +407,25 @@ def main_results(run: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield from run_sentences.element_verdicts(run)
     if count := len(lines_of(run, "warnings")):
         words = ("A warning is", "it") if count == 1 else (f"{count} warnings are", "them")
-        yield document_nodes.Verdict(document_nodes.Outcome.WARNING, WARNINGS_HINT, words)
+        yield document_nodes.warning(WARNINGS_HINT, words)
 
 
-def next_steps(run: xr.Dataset) -> Iterator[document_nodes.Node]:
+def next_steps(run: xr.Dataset, case: Mapping[str, Any]) -> document_nodes.Nodes:
     """Criteria and seeds that the run lacks, and how to have them."""
     if not list(run_sentences.criteria_nodes(run)):
         yield document_nodes.Sentence(CRITERIA_HINT)
-    if _is_of_random_waves(run):
+    if _is_of_random_waves(case):
         yield document_nodes.Sentence(MORE_SEAS)
 
 
-def _is_of_random_waves(run: xr.Dataset) -> bool:
-    """Whether waves or gusts of the run are drawn at random."""
-    water = plain(str(run.attrs.get("case_resolved", ""))).get("environment") or {}
+def _is_of_random_waves(case: Mapping[str, Any]) -> bool:
+    """Whether waves or gusts of a case are drawn at random."""
+    water = case.get("environment") or {}
     gusts = (water.get("wind") or {}).get("gusts")
     return bool(gusts) or any("seed" in train for train in water.get("waves") or [])
 
 
-def largest_values(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
+def largest_values(statistics: xr.Dataset) -> document_nodes.Nodes:
     """The extreme of each channel on the side that is further from zero."""
     rows = [_largest_cells(statistics, channel) for channel in channels_of(statistics)]
     head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
@@ -441,7 +436,7 @@ def largest_values(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     )
 
 
-def _largest_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[document_nodes.Cell]:
+def _largest_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> document_nodes.Row:
     side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(statistics, side).number))
     seen = channel.figure(statistics, side)
     if channel.basis(statistics, side) not in LAWS:

@@ -39,7 +39,7 @@ def has_results_table(plan: PlanRuns) -> bool:
     return plan.design not in SAMPLED_DESIGNS and len(plan.figures) >= MIN_FIGURES
 
 
-def results_table(plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
+def results_table(plans: Sequence[PlanRuns]) -> document_nodes.Nodes:
     """All figures at all values of the plans; nothing where a plan has a single figure."""
     plans_with_results = [plan for plan in plans if has_results_table(plan)]
     if not plans_with_results:
@@ -58,7 +58,7 @@ def results_table(plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
 
 def _plan_rows(
     plan: PlanRuns, figures: Sequence[str], several: bool
-) -> Iterator[list[document_nodes.Cell]]:
+) -> Iterator[document_nodes.Row]:
     rows_by_values: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
         rows_by_values.setdefault(series.named_values(plan, row.values) or "all", {})[
@@ -66,7 +66,7 @@ def _plan_rows(
         ] = row
     for name, by_figure in rows_by_values.items():
         runs = max(row.spread.n for row in by_figure.values())
-        study: list[document_nodes.Cell] = [plan.name.replace("_", " ")] if several else []
+        study: document_nodes.Row = [plan.name.replace("_", " ")] if several else []
         cells = [cell for figure in figures for cell in _mean_cells(by_figure[figure])]
         yield [*study, name, *cells, str(runs)]
 
@@ -85,7 +85,7 @@ def _mean_cells(row: EffectRow) -> tuple[document_nodes.Cell, document_nodes.Cel
 # Criteria of a study: the worst run against each limit, and how many runs meet it.
 
 
-def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
+def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> document_nodes.Nodes:
     """A verdict on all criteria of a study, one on each that is not met, the register with values
     of the worst run, and the criteria at each value of the parameters."""
     judged = judge_study(plans)
@@ -172,7 +172,7 @@ def _describe_by_value(
         )
 
 
-def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[document_nodes.Cell]:
+def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> document_nodes.Row:
     name, worst, _, margin, _ = run_sentences.criterion_figures(of.worst)
     at = ", ".join(filter(None, [_plan_text(of, plans), series.named_values(of.plan, of.values)]))
     return [name, at, worst, margin, run_sentences.met_or_not(of.worst), _met_count_text(of)]
@@ -194,7 +194,10 @@ INTERVALS_NOTE = (
 
 def study_document(runs: xr.Dataset) -> Document:
     """The report of a file of many runs."""
-    nodes = [*sections.title_block(runs), *sections.build_sections(STUDY_SECTIONS, runs)]
+    nodes = [
+        *sections.title_block(runs, sections.case_data(runs)),
+        *sections.build_sections(STUDY_SECTIONS, runs),
+    ]
     return Document(sections.title_of(runs), nodes, counts_by_status(runs), units_of(runs.attrs))
 
 
@@ -218,7 +221,7 @@ def _outcome_counts(runs: xr.Dataset) -> Counter[str]:
     return Counter(map(str, runs.status.values))
 
 
-def _describe_outcome(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_outcome(runs: xr.Dataset) -> document_nodes.Nodes:
     """Whether criteria are met, how many runs are complete, why others are not, and what not all of
     them have."""
     if DESIGN in runs.attrs:
@@ -231,11 +234,9 @@ def _describe_outcome(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
         )
 
 
-def _describe_ends(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_ends(runs: xr.Dataset) -> document_nodes.Nodes:
     if GATHERED in runs.attrs:
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])]
-        )
+        yield document_nodes.warning("So far {}.", [str(runs.attrs[GATHERED])])
         return
     complete = _outcome_counts(runs)[COMPLETE]
     count = runs.sizes["run"]
@@ -284,7 +285,7 @@ def _describe_plan(title: str, runs: xr.Dataset) -> document_nodes.Sentence:
     return document_nodes.Sentence("Plan: {}, {}.", [title, text + seed_text])
 
 
-def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_results(runs: xr.Dataset) -> document_nodes.Nodes:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if DESIGN not in runs.attrs:
         text = "The file does not say its plan: it comes from simulate_many or an earlier version."
@@ -314,7 +315,7 @@ def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
             yield document_nodes.Sentence("The study file asks for no figures.")
 
 
-def _describe_values(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def _describe_values(plan: PlanRuns) -> document_nodes.Nodes:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
     head = (
@@ -344,9 +345,7 @@ def _describe_values(plan: PlanRuns) -> Iterator[document_nodes.Node]:
     yield from _plan_pictures(plan, rows)
 
 
-def _statistic_cells(
-    plan: PlanRuns, row: EffectRow, names: Sequence[str]
-) -> list[document_nodes.Cell]:
+def _statistic_cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> document_nodes.Row:
     s = row.spread
     values = [series.value_of(row.values[name], plan.unit(name)) for name in names]
     mean = document_nodes.Value(s.mean, row.unit) if s.n else "no run has a value"
@@ -397,53 +396,58 @@ def _difference_sentence(plan: PlanRuns, of: Difference) -> document_nodes.Sente
     return document_nodes.Sentence(f"{text}.", parts)
 
 
-def _plan_pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[document_nodes.Node]:
+def _plan_pictures(plan: PlanRuns, rows: Sequence[EffectRow]) -> Iterator[document_nodes.Chart]:
     """Each figure over the first parameter that is a number, a line for each value of others."""
-    axes = [plan.axis(parameter) for parameter in plan.parameters]
-    numbers = [a for a in axes if np.asarray(plan.runs[a].values).dtype.kind in "if"]
-    if not numbers or plan.design == "one_at_a_time":
-        return
-    axis = numbers[0]
-    for figure in plan.figures:
-        figure_rows = [row for row in rows if row.figure == figure]
-        others = [_other_parameters(plan, row, axis) for row in figure_rows]
-        kinds = list(dict.fromkeys(others))
-        if len(kinds) <= MAX_LINES_PER_CHART:
-            curves = {
-                ", ".join(kind) or figure: _plotted_curve(
-                    [row for row, other in zip(figure_rows, others, strict=True) if other == kind],
-                    axis,
-                )
-                for kind in kinds
-            }
-            unit = figure_rows[0].unit if figure_rows else ""
-            title = f"{figure}: means over seeds with their 90 % intervals"
-            yield document_nodes.Chart(
-                title,
-                figure,
-                unit,
-                curves,
-                x_label=series.short_key(axis),
-                x_unit=plan.unit(axis),
-            )
+    axis = "" if plan.design == "one_at_a_time" else numeric_axis(plan)
+    for figure in plan.figures if axis else ():
+        chart = effect_chart(plan, [row for row in rows if row.figure == figure], axis)
+        if len(chart.lines) <= MAX_LINES_PER_CHART:
+            yield chart
 
 
-def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
+def numeric_axis(plan: PlanRuns) -> str:
+    """The coordinate of the first parameter whose values are numbers; empty if there is none."""
+    axes = (plan.axis(parameter) for parameter in plan.parameters)
+    return next((axis for axis in axes if plan.runs[axis].dtype.kind in "if"), "")
+
+
+def effect_chart(plan: PlanRuns, rows: Sequence[EffectRow], axis: str = "") -> document_nodes.Chart:
+    """The means in the ``rows`` of a figure over the numbers of an ``axis``, a line for each
+    combination of the values of other parameters. Without an axis there is one line over all
+    combinations, in their order."""
+    figure = rows[0].figure
+    rows_by_line: dict[str, list[EffectRow]] = {}
+    for row in rows:
+        others = _other_parameters(plan, row, axis) if axis else ()
+        rows_by_line.setdefault(", ".join(others) or figure, []).append(row)
+    lines = {name: _effect_line(plan, of_line, axis) for name, of_line in rows_by_line.items()}
+    return document_nodes.Chart(
+        f"{figure}: means over seeds with their 90 % intervals",
+        figure,
+        rows[0].unit,
+        lines,
+        x_label=series.short_key(axis),
+        x_unit=plan.unit(axis) if axis else "",
+    )
+
+
+def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> Iterator[str]:
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
-    rest = {name: value for name, value in row.values.items() if name != axis}
-    values = (series.value_of(value, plan.unit(name)) for name, value in rest.items())
-    return tuple(text_of(value, units) for value in values)
+    for name, value in row.values.items():
+        if name != axis:
+            yield text_of(series.value_of(value, plan.unit(name)), units)
 
 
-def _plotted_curve(rows: list[EffectRow], axis: str) -> document_nodes.ChartLine:
-    rows = sorted(rows, key=lambda row: float(row.values[axis]))
-    x = np.array([float(row.values[axis]) for row in rows])
-    y, low, high = np.array([row.spread[1:4] for row in rows], float).T
-    return document_nodes.ChartLine(y, x, low, high)
+def _effect_line(plan: PlanRuns, rows: Sequence[EffectRow], axis: str) -> document_nodes.ChartLine:
+    x = np.array([row.values[axis] for row in rows] if axis else range(len(rows)), float)
+    rows = [rows[k] for k in np.argsort(x, kind="stable")]
+    _, y, low, high, *wide = np.array([row.spread for row in rows], float).T
+    values = [plan.runs[row.figure].values[row.runs] for row in rows]
+    return document_nodes.ChartLine(y, np.sort(x), low, high, wide=np.array(wide), values=values)
 
 
-def _describe_samples(plan: PlanRuns) -> Iterator[document_nodes.Node]:
+def _describe_samples(plan: PlanRuns) -> document_nodes.Nodes:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
         rows = [
@@ -459,7 +463,7 @@ def _describe_samples(plan: PlanRuns) -> Iterator[document_nodes.Node]:
         return
     yield document_nodes.Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
-    rows_: list[list[document_nodes.Cell]] = [
+    rows_: list[document_nodes.Row] = [
         [e.figure, series.short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
         for e in sobol_indices
     ]
@@ -472,16 +476,17 @@ def _share_cells(
     return document_nodes.Value(of[0], digits=2), document_nodes.Between(of[1], of[2], digits=2)
 
 
-def _describe_case(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_case(runs: xr.Dataset) -> document_nodes.Nodes:
     """The case that all have, or that of the first run; parameters and seeds vary about it."""
     yield document_nodes.Sentence(
         "The case of the first run. Parameters of the study and seeds differ in others."
     )
     first = {name: str(runs[name].values[0]) for name in ("case", "case_resolved") if name in runs}
-    yield from sections.case_nodes(runs.assign_attrs(first))
+    one_run = runs.assign_attrs(first)
+    yield from sections.case_nodes(one_run, sections.case_data(one_run))
 
 
-def _study_assumptions(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _study_assumptions(runs: xr.Dataset) -> document_nodes.Nodes:
     """Warnings with how many runs have them, then what the runs have in common."""
     told = list(_frequent_warnings(runs, sections.MAX_TABLE_ROWS))
     yield from told or [document_nodes.Sentence("The runs hold no warnings.")]
@@ -489,23 +494,21 @@ def _study_assumptions(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield sections.assumptions(runs)
 
 
-def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[document_nodes.Node]:
+def _frequent_warnings(runs: xr.Dataset, most: int) -> document_nodes.Nodes:
     """The most frequent warnings, each with how many runs have it."""
     if "warnings" not in runs:
         return
     lines = Counter(line for text in runs.warnings.values for line in str(text).splitlines())
     of = str(runs.sizes["run"])
     for line, n in lines.most_common(most):
-        yield document_nodes.Verdict(
-            document_nodes.Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of]
-        )
+        yield document_nodes.warning("{} ({} of {} runs)", [line, str(n), of])
     if len(lines) > most:
         yield document_nodes.Sentence(
             "{} more warnings are in the report.", [str(len(lines) - most)]
         )
 
 
-def _describe_convergence(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_convergence(runs: xr.Dataset) -> document_nodes.Nodes:
     yield document_nodes.Sentence(
         "Intervals are over seeds alone. hydrosim analyse --converge compares steps and methods for"
         " the case."
@@ -523,7 +526,7 @@ def _describe_convergence(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
         yield document_nodes.Table(("evidence", "found", "warned of beyond"), rows)
 
 
-def _measured_errors(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _measured_errors(runs: xr.Dataset) -> document_nodes.Nodes:
     """Errors of motions by the steps of the solver, with the values of the runs that measured
     them."""
     measured = np.flatnonzero(runs[RELATIVE].notnull()) if RELATIVE in runs else np.zeros(0, int)
@@ -533,7 +536,7 @@ def _measured_errors(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     axes = [plan.axis(p) for plan in effects.plans(runs) for p in plan.parameters]
     runs = with_keys(runs)
     names = [name for name in ("seed", *dict.fromkeys(axes)) if runs[name].dims == ("run",)]
-    rows: list[list[document_nodes.Cell]] = []
+    rows: list[document_nodes.Row] = []
     for run in measured:
         values = [str(runs[name].values[run]) for name in names]
         rows.append(
