@@ -141,7 +141,10 @@
       });
       g.restore(); g.save();
       g.fillStyle = css("--soft"); g.textAlign = "right"; g.textBaseline = "middle";
-      this.rows.forEach((_, row) => g.fillText(this.given.names[row].slice(-9), LEFT - 6, TOP + each * (row + 0.5)));
+      this.rows.forEach((_, row) => {
+        const name = this.given.names[row], label = name.length > 14 ? "…" + name.slice(-13) : name;
+        g.fillText(label, LEFT - 6, TOP + each * (row + 0.5), LEFT - 8);
+      });
     }
 
     drawLegend() {
