@@ -281,10 +281,10 @@ class Scene:
 
     def __post_init__(self) -> None:
         """Values, elements and joints that are written as in a file get what the scene has."""
-        self._check_kinds()
         object.__setattr__(self, "duration", _read_duration(self.duration))
         if isinstance(self.output, Mapping):
             object.__setattr__(self, "output", RunOutput(**self.output))
+        self._check_kinds()
         joints = {name: joint.build_active() for name, joint in self.joints.items()}
         if any(joints[name] is not joint for name, joint in self.joints.items()):
             object.__setattr__(self, "joints", joints)
@@ -298,7 +298,11 @@ class Scene:
             object.__setattr__(self, "forces", {**self.forces, **built})
 
     def _check_kinds(self) -> None:
-        """Refuse what is no body or no joint."""
+        """Refuse what is no body, no joint, or no object of the kind of its field."""
+        for name, kind in (("environment", Environment), ("solver", Solver), ("output", RunOutput)):
+            if not isinstance(value := getattr(self, name), kind):
+                text = f"found {value_text(value)}; expected hs.{kind.__name__}."
+                raise InputError(f"scene: {name}: {text}")
         for body in self.bodies if isinstance(self.bodies, Sequence) else (self.bodies,):
             if not isinstance(body, Body):
                 raise InputError(f"scene: bodies: found {value_text(body)}; expected hs.Body.")

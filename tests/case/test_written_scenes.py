@@ -281,6 +281,8 @@ def _winch(**values) -> hs.Winch:
             lambda: hs.Scene("x", 1.0, [_body()], output={"step": "0 s"}),
             'RunOutput.step: found "0 s"',
         ),
+        (lambda: hs.Scene("x", 1.0, [_body()], output=3), "scene: output: found 3; expected hs"),
+        (lambda: hs.Scene("x", 1.0, [_body()], 3), "scene: environment: found 3; expected hs"),
         (
             lambda: hs.Scene("x", 1.0, [_body()], output={"steps": 1.0}),
             "RunOutput.steps: found an unknown key",
