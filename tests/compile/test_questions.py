@@ -637,6 +637,20 @@ def test_lines_run_outside_of_bed_and_hull(scene: hs.Scene, found: str | None) -
     assert any(found in text for text in told) if found else not told
 
 
+@pytest.mark.parametrize(
+    ("shortest", "longest", "found"),
+    [(10.0, 100.0, None), (60.0, 100.0, "The wire starts slack"), (5.0, 20.0, "5 m to 20 m")],
+)
+def test_drums_hold_the_wire_of_the_start(
+    shortest: float, longest: float, found: str | None
+) -> None:
+    """The ends are 50 m apart, and the wire stretches by 0.1 %."""
+    drum = hs.Drum(shortest, longest)
+    tug = hs.Winch("block", (0, 0, 0), (50, 0, 0), 1e8, tension=1e5, speed=0.3, drum=drum)
+    told = [text for text in warnings(dry({"tug": tug})) if "forces.tug.drum" in text]
+    assert any(found in text for text in told) if found else not told
+
+
 def test_stops_are_asked_about_that_are_pressed_by_a_part_of_their_range() -> None:
     stops = Stops(np.radians(1.0), np.radians(4.0), 1e9)
     (text,) = warnings(on_hinge(stops=stops))

@@ -10,6 +10,7 @@ import numpy as np
 from hydrosim.compile.questions.query import Query, SceneContext, extents, text_beyond
 from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.points import largest_tension, line_shapes
+from hydrosim.elements.line.winch import WINCH_KIND
 from hydrosim.elements.link.kind import LINK_KIND, SPRING_KIND, link_kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.contacts import Contact, NormalCurve, PrescribedNormal
@@ -17,6 +18,7 @@ from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.links import Spring, Stop, Strut
 from hydrosim.scene.plane import Plane
 from hydrosim.scene.scene import arrangement, joined_with, tree_joints
+from hydrosim.scene.winch import Winch
 
 FULL_TURN_RAD = 2.0 * np.pi * (1.0 + 1e-9)
 ROUND_DEG = (5.0, 10.0, 20.0, *range(15, 361, 15))
@@ -230,8 +232,10 @@ def _can_carry_body(element: ForceElement) -> bool:
 
 
 def ask_about_line_starts(about: SceneContext) -> Iterator[Query]:
-    """Ask about lines that are far too short, and struts of another length."""
+    """Ask about lines that are far too short, winches whose drum ends before they pull, and struts
+    of another length."""
     yield from _ask_about_springs(about)
+    yield from _ask_about_drums(about)
     yield from _ask_about_catenaries(about)
     yield from _ask_about_struts(about)
 
@@ -258,6 +262,21 @@ def _ask_about_springs(about: SceneContext) -> Iterator[Query]:
             yield Query(
                 f"forces.{name}.length", found_text, f"usual is up to {STRETCHED:.0%} of its length"
             )
+
+
+def _ask_about_drums(about: SceneContext) -> Iterator[Query]:
+    """Ask about winches that hold a tension, and whose wire at the start the drum cannot have."""
+    winches = [(name, of) for name, of in about.scene.forces.items() if isinstance(of, Winch)]
+    for (name, winch), row in zip(winches, WINCH_KIND.constants_in(about.model).each, strict=True):
+        wire = float(row["start"])
+        shortest, longest = winch.ends
+        if winch.tension is not None and not shortest <= wire <= longest:
+            found_text = (
+                f"{shortest:g} m to {longest:g} m, while the set tension takes {wire:.4g} m"
+            )
+            usual = "the length at the start is usually between the ends"
+            slack = "The wire starts slack." if wire < shortest else ""
+            yield Query(f"forces.{name}.drum", found_text, usual, slack)
 
 
 def _ask_about_catenaries(about: SceneContext) -> Iterator[Query]:
