@@ -14,6 +14,7 @@ from hydrosim.report.page import html, ticks
 from hydrosim.report.sentences.limits import limits_document
 from hydrosim.report.sentences.study import study_document
 from hydrosim.results.dataset import ResultKind, kind_of
+from hydrosim.results.ledger import RELATIVE
 
 
 def study(values: int = 3, seeds: int = 4, text: str = "plain") -> xr.Dataset:
@@ -149,6 +150,14 @@ def test_limits_by_spectra_have_no_seeds_and_no_intervals() -> None:
 def test_a_study_without_a_plan_says_so() -> None:
     bare = study().drop_attrs()
     assert "does not say its plan" in Page(html(study_document(bare), "mark")).texts["p"]
+
+
+def test_runs_without_a_plan_and_without_seeds_tell_their_errors() -> None:
+    """Those of `simulate_many`, of unlike scenes: there is no one seed of each."""
+    bare = study().drop_attrs().drop_vars("seed", errors="ignore")
+    measured = bare.assign({RELATIVE: ("run", np.full(bare.sizes["run"], 1e-3))})
+    page = Page(html(study_document(measured), "mark"))
+    assert "error of motions, of their range" in page.texts["th"]
 
 
 def test_ticks_are_round() -> None:

@@ -533,9 +533,10 @@ def _measured_errors(runs: xr.Dataset) -> document_nodes.Nodes:
     if measured.size == 0:
         yield document_nodes.Sentence("No run measured the error by the steps of the solver.")
         return
-    axes = [plan.axis(p) for plan in effects.plans(runs) for p in plan.parameters]
+    plans = effects.plans(runs) if DESIGN in runs.attrs else []
+    axes = dict.fromkeys(plan.axis(p) for plan in plans for p in plan.parameters)
     runs = with_keys(runs)
-    names = [name for name in ("seed", *dict.fromkeys(axes)) if runs[name].dims == ("run",)]
+    names = [name for name in ("seed", *axes) if name in runs and runs[name].dims == ("run",)]
     rows: list[document_nodes.Row] = []
     for run in measured:
         values = [str(runs[name].values[run]) for name in names]
