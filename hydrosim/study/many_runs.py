@@ -79,7 +79,7 @@ def simulate_many(
     attributes: Mapping[str, str] | None = None,
     start: float | str = 0.0,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
     pool: Pool | None = None,
     first: int = 0,
