@@ -51,6 +51,12 @@ TEXTS = {
     "warnings": "warnings of the run",
 }
 """Texts of each run: the first three fields of a `RunOutcome`."""
+COUNT_ATTRIBUTES = {
+    "solver_steps": "steps of the solver",
+    "solver_events": "events of the solver",
+    "energy_residual_relative": "largest residual of the energy balance, of the energy exchanged",
+}
+"""Attributes of a run that are variables of a set, and what they are."""
 
 
 class RunOutcome(NamedTuple):

@@ -27,9 +27,15 @@ from hydrosim.files.interrupts import ENDING_SIGNALS, delay_interrupts, raise_if
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.results.dataset import KIND
 from hydrosim.results.ledger import COMPANION, CONTACT_FORCE, EVALUATIONS, PARTED, RELATIVE
-from hydrosim.results.runs_file import COMPLETE, INTERRUPTED, NOT_RUN, Journal, RunOutcome
+from hydrosim.results.runs_file import (
+    COMPLETE,
+    COUNT_ATTRIBUTES,
+    INTERRUPTED,
+    NOT_RUN,
+    Journal,
+    RunOutcome,
+)
 from hydrosim.simulation import run_compiled
-from hydrosim.study.run_layout import COUNT_ATTRIBUTES
 from hydrosim.study.scene_cache import RunTask
 from hydrosim.water.components import sea
 

@@ -44,8 +44,6 @@ from hydrosim.study.executors import Threads, make_runs
 from hydrosim.study.scene_cache import RunTask, SceneCache, identity
 from hydrosim.study.sweep import (
     ParameterStudy,
-    check_figures,
-    check_units,
     figures_by_name,
 )
 
@@ -81,7 +79,7 @@ def simulate_many(
     attributes: Mapping[str, str] | None = None,
     start: float | str = 0.0,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
     pool: Pool | None = None,
     first: int = 0,
@@ -324,7 +322,8 @@ def run_study(
     file = study.inputs[0]
     kinds = run_layout.one_scene_of_each_kind(study.scenes) if study.figures else []
     with locating_in(file), _named_as(f"{file}: output:"):
-        check_units(file, study.data.bounds(), check_figures(file, kinds, study.figures))
+        units = run_layout.check_figures(file, kinds, study.figures)
+        run_layout.check_units(file, study.data.bounds(), units)
         return simulate_many(
             study.scenes,
             output,

@@ -38,7 +38,7 @@ from hydrosim.results.variables import describe_coordinates, describe_values
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
-from hydrosim.study import sweep
+from hydrosim.study import run_layout, sweep
 from hydrosim.study.executors import Threads, make_runs
 from hydrosim.study.scene_cache import RunTask, SceneCache, identity
 from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, scene_in_sea, wind_sea
@@ -316,8 +316,8 @@ def load_limits(path: Path) -> Limits:
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     with locating_in(path):
-        units = sweep.check_figures(path, [scene], figures)
-        sweep.check_units(path, data.bounds(), units)
+        units = run_layout.check_figures(path, [scene], figures)
+        run_layout.check_units(path, data.bounds(), units)
     limits = tuple(criterion.limit.value for criterion in data.criteria.values())
     criteria = zip(data.criteria.values(), figures, strict=True)
     least = tuple(criterion.is_lower_limit(figure) for criterion, figure in criteria)

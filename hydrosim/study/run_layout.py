@@ -1,4 +1,4 @@
-"""What is kept of a run of a set, and the layout that runs of one file share.
+"""What is kept of a run of a set, trials before the runs, and the layout that all runs share.
 
 One file has one set of dimensions and variables. Runs may have other contact points, elements or
 bodies, and other values beside these, such as the kinetic friction of a point. Scenes that differ
@@ -16,6 +16,7 @@ from __future__ import annotations
 import fnmatch
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
@@ -24,6 +25,7 @@ import xarray as xr
 
 from hydrosim.elements.kind import carried_weights
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.files.units import Scale, factor
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.integrate.names import force_names
 from hydrosim.results.channels import channel_names, match_channels
@@ -32,9 +34,15 @@ from hydrosim.results.ledger import RELATIVE
 from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.phases import CONTACT_WEIGHT
-from hydrosim.results.runs_file import BY_RUN, DIFFERING_ATTRIBUTE, IN_RUN, MISSING
+from hydrosim.results.runs_file import (
+    BY_RUN,
+    COUNT_ATTRIBUTES,
+    DIFFERING_ATTRIBUTE,
+    IN_RUN,
+    MISSING,
+)
 from hydrosim.results.variables import describe_coordinates, quantity_attributes
-from hydrosim.simulation import simulate
+from hydrosim.simulation import NotAskable, simulate
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
 from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, unit_statistics
@@ -42,13 +50,6 @@ from hydrosim.study.scene_cache import are_scenes_equal, without_waves
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
-
-COUNT_ATTRIBUTES = {
-    "solver_steps": "steps of the solver",
-    "solver_events": "events of the solver",
-    "energy_residual_relative": "largest residual of the energy balance, of the energy exchanged",
-}
-"""Attributes of a run that are variables of a set, and what they are."""
 
 
 def reduce_run(
@@ -177,6 +178,55 @@ def try_scene(scene: Scene) -> xr.Dataset | HydrosimError:
         )
     except HydrosimError as error:
         return error
+
+
+def check_figures(
+    file: Path, scenes: Sequence[Scene], figures: Sequence[RequestedStatistic]
+) -> dict[str, str]:
+    """The units of the ``figures`` that a study ``file`` asks of runs like those of the ``scenes``,
+    of which some may lack some; none where no scene can be run, which its own run will say. Raises
+    InputError where no run has such a channel, or a case of the study has not those of its own
+    criteria."""
+    units: dict[str, str] = {}
+    refused: dict[str, str] = {}
+    for scene in scenes:
+        left = [figure for figure in figures if figure.name not in units]
+        if not left or scene.initial is not None:
+            break
+        run = try_scene(scene)
+        if isinstance(run, NotAskable):
+            raise run
+        if isinstance(run, HydrosimError):
+            continue
+        results = RunResults(run)
+        for figure in left:
+            try:
+                units[figure.name] = str(figure.evaluate(results).attrs["units"])
+            except InputError as error:
+                refused.setdefault(figure.name, f"{file}: {figure.name}: {error}")
+    for name, message in refused.items():
+        if name not in units:
+            raise InputError(message)
+    return units
+
+
+def check_units(
+    file: Path, bounds: Mapping[str, tuple[str, Scale]], units: Mapping[str, str]
+) -> None:
+    """Refuse bounds of figures, by key of the study ``file``, of another kind than the figures,
+    whose ``units`` are known."""
+    for key, (figure, bound) in bounds.items():
+        if figure not in units or bound.unit is None:
+            continue
+        what = "limit" if key.endswith("limit") else "width"
+        unit = "" if units[figure] == "1" else units[figure]
+        try:
+            factor(bound.unit, unit)
+        except ValueError as error:
+            raise InputError(
+                f'{file}: {key}: found "{bound.text}"; expected a {what} in'
+                f" {unit or 'plain numbers'}, which {figure} has; {error}"
+            ) from None
 
 
 def merge_layouts(

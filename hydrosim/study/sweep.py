@@ -1,4 +1,4 @@
-"""Studies of a case over parameters and seeds, read from a file, and a trial before the runs.
+"""Studies of a case over parameters and seeds, read from a file.
 
 case: base.yaml
 parameters:
@@ -37,21 +37,20 @@ from pydantic import BaseModel
 
 from hydrosim.case.checks import RELATIVE
 from hydrosim.case.load import Case, laid_over
-from hydrosim.errors import HydrosimError, InputError
+from hydrosim.errors import InputError
 from hydrosim.files.document_layout import letter_of
 from hydrosim.files.layers import read_case
 from hydrosim.files.messages import Problem, fields_of, validate_document
 from hydrosim.files.outputs import settings_text
 from hydrosim.files.schema_class import SchemaClass
-from hydrosim.files.units import Cyclic, Quantity, Scale, factor
+from hydrosim.files.units import Cyclic, Quantity
 from hydrosim.files.yaml_nodes import SETTING, compose_nodes, locating_in
 from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
-from hydrosim.simulation import NotAskable, prepare_scene
+from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.effects import CYCLIC
-from hydrosim.statistics.figures import RequestedStatistic, ScalarResult
-from hydrosim.statistics.results import MotionCauseResult, RunResults, StageResult
+from hydrosim.statistics.figures import ScalarResult
+from hydrosim.statistics.results import MotionCauseResult, StageResult
 from hydrosim.study import study_file
-from hydrosim.study.run_layout import try_scene
 from hydrosim.study.study_file import DesignPlan, LinkedKeys, Parameter, Range, StudyFile
 
 if TYPE_CHECKING:
@@ -130,7 +129,7 @@ def load_study(path: Path | str) -> ParameterStudy:
         return _build_study(path, data)
 
 
-class Combination(NamedTuple):
+class DesignRow(NamedTuple):
     """Values of a case that are taken together: the ``plan``, the ``settings`` by key, what values
     of linked parameters are ``called``, which parameter was ``varied``, one at a time; the case."""
 
@@ -174,9 +173,9 @@ def _build_study(path: Path, data: StudyFile) -> ParameterStudy:
         return low, high
 
     data = with_criteria_of(build_case({}), data)
-    rows: list[Combination] = []
+    rows: list[DesignRow] = []
     for plan_name, plan in data.plans().items():
-        base: Combination | None = None
+        base: DesignRow | None = None
         for row in design_rows(plan, range_ends):
             combination = row._replace(plan=plan_name, case=build_case(row.settings))
             # one at a time, the case itself is there once, also where a parameter has its value
@@ -436,7 +435,7 @@ def design_size(plan: DesignPlan) -> int:
     return int(plan.samples or 0)
 
 
-def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[Combination]:
+def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[DesignRow]:
     """The combinations of a plan, in order, without their cases."""
     parameters = plan.parameters.items()
     match plan.design:
@@ -444,7 +443,7 @@ def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[Combination]:
             for parts in product(*(_listed_values(n, p) for n, p in parameters)):
                 yield _merge_rows(parts)
         case "one_at_a_time":
-            yield Combination({}, {})
+            yield DesignRow({}, {})
             for name, parameter in parameters:
                 for row in _listed_values(name, parameter):
                     yield row._replace(varied=name)
@@ -455,24 +454,24 @@ def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[Combination]:
             ]
             for point in _draw_samples(plan):
                 yield _merge_rows(
-                    Combination({k: _interpolate_range(*of, part) for k, of in keys.items()}, {})
+                    DesignRow({k: _interpolate_range(*of, part) for k, of in keys.items()}, {})
                     for keys, part in zip(ranges, point, strict=True)
                 )
 
 
-def _merge_rows(parts: Iterable[Combination]) -> Combination:
-    row = Combination({}, {})
+def _merge_rows(parts: Iterable[DesignRow]) -> DesignRow:
+    row = DesignRow({}, {})
     for part in parts:
         row.settings.update(part.settings)
         row.called.update(part.called)
     return row
 
 
-def _listed_values(name: str, parameter: Parameter) -> list[Combination]:
+def _listed_values(name: str, parameter: Parameter) -> list[DesignRow]:
     keys = keys_of(name, parameter)
     names = (parameter.called or ()) if isinstance(parameter, LinkedKeys) else ()
     return [
-        Combination(dict(zip(keys, values, strict=True)), {name: names[k]} if names else {})
+        DesignRow(dict(zip(keys, values, strict=True)), {name: names[k]} if names else {})
         for k, values in enumerate(zip(*keys.values(), strict=True))
     ]
 
@@ -498,7 +497,7 @@ def _draw_samples(plan: DesignPlan) -> np.ndarray:
 # Labels of the combinations.
 
 
-def _parameter_labels(data: StudyFile, rows: Sequence[Combination]) -> dict[str, xr.Variable]:
+def _parameter_labels(data: StudyFile, rows: Sequence[DesignRow]) -> dict[str, xr.Variable]:
     """Coordinates of all combinations: the values of all keys that are varied somewhere; names. A
     coordinate of a key has underscores for its dots, so that it can be an attribute in Python."""
     plans = data.plans().values()
@@ -558,7 +557,7 @@ def _check_once(path: Path, labels: Mapping[str, xr.Variable]) -> None:
         seen.add(row)
 
 
-def _values_of_key(key: str, rows: Sequence[Combination]) -> tuple[list[Any], dict[str, Any]]:
+def _values_of_key(key: str, rows: Sequence[DesignRow]) -> tuple[list[Any], dict[str, Any]]:
     """The values of a key in all cases, in SI if they are numbers, and what is said of these."""
     values = [row.value(key) for row in rows]
     if not all(value.number is not None for value in values):
@@ -569,55 +568,3 @@ def _values_of_key(key: str, rows: Sequence[Combination]) -> tuple[list[Any], di
     if of_unit is not None and of_unit.cyclic:
         attributes[CYCLIC] = 1
     return [value.number for value in values], attributes
-
-
-# Trial: a few steps of a scene, to check before many runs that it has the figures asked for.
-
-
-def check_figures(
-    file: Path, scenes: Sequence[Scene], figures: Sequence[RequestedStatistic]
-) -> dict[str, str]:
-    """The units of the ``figures`` that a study ``file`` asks of runs like those of the ``scenes``,
-    of which some may lack some; none where no scene can be run, which its own run will say. Raises
-    InputError where no run has such a channel, or a case of the study has not those of its own
-    criteria."""
-    units: dict[str, str] = {}
-    refused: dict[str, str] = {}
-    for scene in scenes:
-        left = [figure for figure in figures if figure.name not in units]
-        if not left or scene.initial is not None:
-            break
-        run = try_scene(scene)
-        if isinstance(run, NotAskable):
-            raise run
-        if isinstance(run, HydrosimError):
-            continue
-        results = RunResults(run)
-        for figure in left:
-            try:
-                units[figure.name] = str(figure.evaluate(results).attrs["units"])
-            except InputError as error:
-                refused.setdefault(figure.name, f"{file}: {figure.name}: {error}")
-    for name, message in refused.items():
-        if name not in units:
-            raise InputError(message)
-    return units
-
-
-def check_units(
-    file: Path, bounds: Mapping[str, tuple[str, Scale]], units: Mapping[str, str]
-) -> None:
-    """Refuse bounds of figures, by key of the study ``file``, of another kind than the figures,
-    whose ``units`` are known."""
-    for key, (figure, bound) in bounds.items():
-        if figure not in units or bound.unit is None:
-            continue
-        what = "limit" if key.endswith("limit") else "width"
-        unit = "" if units[figure] == "1" else units[figure]
-        try:
-            factor(bound.unit, unit)
-        except ValueError as error:
-            raise InputError(
-                f'{file}: {key}: found "{bound.text}"; expected a {what} in'
-                f" {unit or 'plain numbers'}, which {figure} has; {error}"
-            ) from None

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from hydrosim.study.study_file import DesignPlan, Range
-from hydrosim.study.sweep import Combination, design_rows, design_size
+from hydrosim.study.sweep import DesignRow, design_rows, design_size
 
 
 def ends(_: str, spread: Range) -> tuple[float, float]:
     return float(spread.low), float(spread.high)
 
 
-def of(**keys: Any) -> tuple[DesignPlan, list[Combination]]:
+def of(**keys: Any) -> tuple[DesignPlan, list[DesignRow]]:
     plan = DesignPlan.model_validate(keys)
     found = list(design_rows(plan, ends))
     assert len(found) == design_size(plan)
