@@ -348,7 +348,7 @@ def _describe_phases(
                 at = statistics.named_phase.sel(contact_group=group, phase=phase, **channel.at)
                 figures = at.sel(statistic=list(PHASE_FIGURES)).values
                 if not np.isnan(figures[0]):
-                    values = (document_nodes.Value(float(x), channel.unit) for x in figures)
+                    values = document_nodes.value_cells(figures, channel.unit)
                     rows.append([channel.title, group, phase, *values])
     if rows:
         yield document_nodes.Table(("channel", "group", "phase", *PHASE_FIGURES), rows)
@@ -372,7 +372,7 @@ def _phase_rows(statistics: xr.Dataset) -> Iterator[document_nodes.Row]:
             seconds = float(at.phase_duration)
             for body in map(str, statistics.body.values if seconds > 0.0 else ()):
                 crawl = at.phase_crawl.sel(body=body).values
-                moved = [document_nodes.Value(float(x), "m", 3) for x in crawl]
+                moved = document_nodes.value_cells(crawl, "m", 3)
                 yield [group, phase, document_nodes.Value(seconds, "s"), body, *moved]
 
 
