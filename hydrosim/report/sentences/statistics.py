@@ -31,36 +31,40 @@ if TYPE_CHECKING:
 
 
 class StatisticsChannel(NamedTuple):
-    """A channel in statistics: the ``kind`` of variables, the labels ``at`` which it stands there,
-    what it is called, and its SI unit."""
+    """A channel in ``statistics``: the ``kind`` of variables, the labels ``at`` which it stands
+    there, what it is called, and its SI unit."""
 
+    statistics: xr.Dataset
     kind: str
     at: dict[str, str]
     title: str
     unit: str
 
-    def figure(self, statistics: xr.Dataset, name: str) -> document_nodes.Value:
+    def _number(self, suffix: str, **labels: str) -> float:
+        """A number of the variable of its kind with a ``suffix``."""
+        return float(self.statistics[self.kind + suffix].sel(self.at | labels))
+
+    def figure(self, name: str) -> document_nodes.Value:
         """A figure by its name among `statistics.STATISTIC_NAMES`."""
-        number = float(statistics[self.kind].sel({**self.at, "statistic": name}))
+        number = self._number("", statistic=name)
         return document_nodes.Value(number, "s" if name == "period" else self.unit)
 
-    def basis(self, statistics: xr.Dataset, side: str) -> ExtremeModel:
+    def basis(self, side: str) -> ExtremeModel:
         """What the extremes of a side are by, or why there are none."""
-        return ExtremeModel(int(statistics[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+        return ExtremeModel(int(self._number("_basis", side=side)))
 
-    def extreme(self, statistics: xr.Dataset, side: str, name: str) -> document_nodes.Value:
+    def extreme(self, side: str, name: str) -> document_nodes.Value:
         """A figure of the extremes of a side."""
-        extreme = statistics[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
-        return document_nodes.Value(float(extreme), self.unit)
+        return document_nodes.Value(self._number("_extreme", side=side, extreme=name), self.unit)
 
-    def interval(self, statistics: xr.Dataset, side: str, name: str) -> document_nodes.Between:
+    def interval(self, side: str, name: str) -> document_nodes.Between:
         """The interval of a figure of the extremes of a side."""
-        low, high = (self.extreme(statistics, side, f"{name}_{end}") for end in ("lower", "upper"))
+        low, high = (self.extreme(side, f"{name}_{end}") for end in ("lower", "upper"))
         return document_nodes.Between(low.number, high.number, self.unit)
 
-    def recorded_mean(self, statistics: xr.Dataset) -> document_nodes.Value:
+    def recorded_mean(self) -> document_nodes.Value:
         """The mean of the records, where that by impulses is another; else not a number."""
-        recorded = statistics.get(f"{self.kind}_recorded_mean")
+        recorded = self.statistics.get(f"{self.kind}_recorded_mean")
         number = float("nan") if recorded is None else float(recorded.sel(self.at))
         return document_nodes.Value(number, self.unit)
 
@@ -68,7 +72,7 @@ class StatisticsChannel(NamedTuple):
 def channels_of(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
     """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
     for channel in _all_channels(statistics):
-        if ExtremeModel.CONSTANT not in {channel.basis(statistics, side) for side in EXTREME_SIDES}:
+        if ExtremeModel.CONSTANT not in {channel.basis(side) for side in EXTREME_SIDES}:
             yield channel
 
 
@@ -76,16 +80,16 @@ def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
     for body in map(str, statistics.body.values):
         for dof in map(str, statistics.dof.values):
             yield StatisticsChannel(
-                "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
+                statistics, "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
             )
     if "wave" in statistics:
-        yield StatisticsChannel("wave", {}, "wave elevation", "m")
+        yield StatisticsChannel(statistics, "wave", {}, "wave elevation", "m")
     for force, dim in FORCE_DIMS.items():
         for name in map(str, statistics[dim].values if force in statistics else ()):
-            yield StatisticsChannel(force, {dim: name}, f"force of {name}", "N")
+            yield StatisticsChannel(statistics, force, {dim: name}, f"force of {name}", "N")
     for name in map(str, statistics.channel.values if "channel" in statistics.dims else ()):
         unit = str(statistics.unit.sel(channel=name).item())
-        yield StatisticsChannel("named", {"channel": name}, name, unit)
+        yield StatisticsChannel(statistics, "named", {"channel": name}, name, unit)
 
 
 MIN_SAMPLES = 16
@@ -210,15 +214,15 @@ def figures(statistics: xr.Dataset) -> document_nodes.Nodes:
     """Moments of each channel that varies, its extremes, and why there are none."""
     every_channel = list(channels_of(statistics))
     channels = list(_channels_once(every_channel))
-    yield from _mean_verdicts(statistics, channels)
-    moments = [_moment_cells(statistics, channel) for channel in channels]
+    yield from _mean_verdicts(channels)
+    moments = [_moment_cells(channel) for channel in channels]
     yield document_nodes.Table(("channel", *MOMENTS), moments)
     yield document_nodes.Sentence(
         "Significant is the double amplitude, four standard deviations. The period is the mean"
         " between upcrossings.",
         detail=True,
     )
-    rows = [row for channel in channels for row in _extreme_rows(statistics, channel)]
+    rows = [row for channel in channels for row in _extreme_rows(channel)]
     if rows:
         percent = 100.0 * statistics.motion_extreme.attrs["interval_probability"]
         yield document_nodes.Sentence(
@@ -228,7 +232,7 @@ def figures(statistics: xr.Dataset) -> document_nodes.Nodes:
         )
         head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
         yield document_nodes.Table(head, rows)
-    if without := list(_reasons_without_extremes(statistics, channels)):
+    if without := list(_reasons_without_extremes(channels)):
         yield document_nodes.List(without, "No extremes:")
         if any(SEEDS_HINT in item.text for item in without):
             yield document_nodes.Sentence(STATISTICS_METHOD_NOTE)
@@ -271,47 +275,43 @@ def ramp_end(run: xr.Dataset) -> float:
     return ramp if first < ramp < 0.5 * (first + last) else 0.0
 
 
-def _mean_verdicts(
-    statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
-) -> document_nodes.Nodes:
+def _mean_verdicts(channels: Sequence[StatisticsChannel]) -> document_nodes.Nodes:
     """Warnings of channels whose records have another mean than their impulses."""
     for channel in channels:
-        recorded = channel.recorded_mean(statistics)
+        recorded = channel.recorded_mean()
         if np.isfinite(recorded.number):
             yield document_nodes.warning(CHATTER_NOTE, [channel.title, recorded])
 
 
-def _moment_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> document_nodes.Row:
-    return [channel.title, *(channel.figure(statistics, name) for name in MOMENTS)]
+def _moment_cells(channel: StatisticsChannel) -> document_nodes.Row:
+    return [channel.title, *(channel.figure(name) for name in MOMENTS)]
 
 
-def _extreme_rows(
-    statistics: xr.Dataset, channel: StatisticsChannel
-) -> Iterator[document_nodes.Row]:
+def _extreme_rows(channel: StatisticsChannel) -> Iterator[document_nodes.Row]:
     for side in EXTREME_SIDES:
-        basis = channel.basis(statistics, side)
+        basis = channel.basis(side)
         if basis in LAWS:
             yield [
                 channel.title,
                 side,
-                channel.figure(statistics, side),
-                channel.extreme(statistics, side, "mpm"),
-                channel.interval(statistics, side, "mpm"),
-                channel.interval(statistics, side, "predicted"),
+                channel.figure(side),
+                channel.extreme(side, "mpm"),
+                channel.interval(side, "mpm"),
+                channel.interval(side, "predicted"),
                 LAW_NAMES[basis],
             ]
 
 
 def _reasons_without_extremes(
-    statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
+    channels: Sequence[StatisticsChannel],
 ) -> Iterator[document_nodes.Sentence]:
     """Why channels have no extremes: those that have the same reason together."""
     names: dict[document_nodes.Sentence, list[str]] = {}
     for channel in channels:
-        bases = {side: channel.basis(statistics, side) for side in EXTREME_SIDES}
+        bases = {side: channel.basis(side) for side in EXTREME_SIDES}
         for side, basis in bases.items():
             if basis not in LAWS:
-                reason = _reason_sentence(statistics, channel, basis)
+                reason = _reason_sentence(channel, basis)
                 names.setdefault(reason, []).append(f"{channel.title}, {side}")
     for reason, channel_names in names.items():
         told = ", ".join(_both_sides(channel_names))
@@ -327,12 +327,10 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
     )
 
 
-def _reason_sentence(
-    statistics: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel
-) -> document_nodes.Sentence:
+def _reason_sentence(channel: StatisticsChannel, basis: ExtremeModel) -> document_nodes.Sentence:
     text, names = REASONS[basis]
-    text = text.replace("{ramp:g}", f"{float(statistics.attrs['wave_ramp']):g}")
-    return document_nodes.Sentence(text, tuple(channel.figure(statistics, name) for name in names))
+    text = text.replace("{ramp:g}", f"{float(channel.statistics.attrs['wave_ramp']):g}")
+    return document_nodes.Sentence(text, tuple(channel.figure(name) for name in names))
 
 
 def _describe_phases(
@@ -427,7 +425,7 @@ def _is_of_random_waves(case: Mapping[str, Any]) -> bool:
 
 def largest_values(statistics: xr.Dataset) -> document_nodes.Nodes:
     """The extreme of each channel on the side that is further from zero."""
-    rows = [_largest_cells(statistics, channel) for channel in channels_of(statistics)]
+    rows = [_largest_cells(channel) for channel in channels_of(statistics)]
     head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
     yield document_nodes.Table(head, rows, "Largest values")
     yield document_nodes.Sentence(
@@ -436,15 +434,15 @@ def largest_values(statistics: xr.Dataset) -> document_nodes.Nodes:
     )
 
 
-def _largest_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> document_nodes.Row:
-    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(statistics, side).number))
-    seen = channel.figure(statistics, side)
-    if channel.basis(statistics, side) not in LAWS:
+def _largest_cells(channel: StatisticsChannel) -> document_nodes.Row:
+    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(side).number))
+    seen = channel.figure(side)
+    if channel.basis(side) not in LAWS:
         return [channel.title, seen, "", "", ""]
-    likely = channel.extreme(statistics, side, "mpm")
+    likely = channel.extreme(side, "mpm")
     return [
         channel.title,
         seen,
         likely,
-        *(channel.interval(statistics, side, of) for of in ("mpm", "predicted")),
+        *(channel.interval(side, of) for of in ("mpm", "predicted")),
     ]
