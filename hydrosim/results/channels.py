@@ -162,14 +162,14 @@ def _labels_of_dim(run: xr.Dataset, dim: str) -> list[str]:
     return [str(label) for label in run[dim].values] if dim in run.coords else []
 
 
-def _speed_of_body(run: xr.Dataset, body: str) -> np.ndarray:
-    v = run.velocity.sel(body=body)
-    return np.hypot(v.sel(dof="surge").values, v.sel(dof="sway").values)
+def _horizontal_size(variable: str) -> Callable[[xr.Dataset, str], np.ndarray]:
+    """Size of the horizontal part of a vector of a body."""
 
+    def values(run: xr.Dataset, body: str) -> np.ndarray:
+        vector = run[variable].sel(body=body)
+        return np.hypot(vector.sel(dof="surge").values, vector.sel(dof="sway").values)
 
-def _offset_of_body(run: xr.Dataset, body: str) -> np.ndarray:
-    x = run.position.sel(body=body)
-    return np.hypot(x.sel(dof="surge").values, x.sel(dof="sway").values)
+    return values
 
 
 def _contact_groups(run: xr.Dataset) -> list[str]:
@@ -313,8 +313,12 @@ def _utilisation_of_unit(run: xr.Dataset, unit: str) -> np.ndarray:
 
 
 CHANNEL_KINDS = {
-    "speed": ChannelKind(lambda run: _labels_of_dim(run, "body"), _speed_of_body, "m/s", 0.0),
-    "offset": ChannelKind(lambda run: _labels_of_dim(run, "body"), _offset_of_body, "m", 0.0),
+    "speed": ChannelKind(
+        lambda run: _labels_of_dim(run, "body"), _horizontal_size("velocity"), "m/s", 0.0
+    ),
+    "offset": ChannelKind(
+        lambda run: _labels_of_dim(run, "body"), _horizontal_size("position"), "m", 0.0
+    ),
     "fender_normal_force": ChannelKind(_contact_groups, _group_force, "N"),
     "point_velocity": ChannelKind(_point_channel_names, _axis_value(_velocity_of_point), "m/s"),
     "point_acceleration": ChannelKind(_moving_points, _axis_value(_acceleration_of_point), "m/s^2"),
