@@ -1,9 +1,9 @@
-"""Tables of statistics: moments, extremes, contacts, crawl by phase; first results of a report."""
+"""Tables of statistics: moments, extremes, contacts, crawl; first results; runs over seeds."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,13 +11,15 @@ import numpy as np
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
+from hydrosim.files.document_layout import text_of, value_text
 from hydrosim.report.sentences import run as run_sentences
-from hydrosim.report.sentences.sections import lines_of, table_of, title_of
-from hydrosim.results.phases import is_operation
+from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, lines_of, table_of, title_of
+from hydrosim.results import phases
 from hydrosim.results.variables import TENSIONS
+from hydrosim.statistics import over_seeds
+from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
-from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
-from hydrosim.statistics.over_seeds import FORCE_DIMS
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY, VALUES_FOR_INTERVAL
 from hydrosim.statistics.statistics import (
     CHANNEL_VARIABLES,
     EXTREME_SIDES,
@@ -84,7 +86,7 @@ def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
             )
     if "wave" in statistics:
         yield StatisticsChannel(statistics, "wave", {}, "wave elevation", "m")
-    for force, dim in FORCE_DIMS.items():
+    for force, dim in over_seeds.FORCE_DIMS.items():
         for name in map(str, statistics[dim].values if force in statistics else ()):
             yield StatisticsChannel(statistics, force, {dim: name}, f"force of {name}", "N")
     for name in map(str, statistics.channel.values if "channel" in statistics.dims else ()):
@@ -360,7 +362,7 @@ def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
     lasting = {
         group: statistics.phase_duration.sel(contact_group=group).values > 0.0 for group in groups
     }
-    return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
+    return [group for group, lasts in lasting.items() if phases.is_operation(np.flatnonzero(lasts))]
 
 
 def _phase_rows(statistics: xr.Dataset) -> Iterator[document_nodes.Row]:
@@ -446,3 +448,185 @@ def _largest_cells(channel: StatisticsChannel) -> document_nodes.Row:
         likely,
         *(channel.interval(side, of) for of in ("mpm", "predicted")),
     ]
+
+
+# Runs that differ in their seeds alone: ranges of motions, extremes of channels.
+
+MAX_COMBINATIONS = 5
+"""Combinations of parameters that are shown."""
+CLEARANCE_FIGURE = phases.FIGURES["end_clearance"][0]
+"""The only result of stages that may be negative."""
+VARIED_COORDINATE = "varied"
+"""Coordinate of runs: the parameter that is varied, one at a time."""
+EXTREMES_METHOD_NOTE = (
+    f"Intervals hold 90 %, over {over_seeds.MIN_RUNS} seeds or more. Where maxima"
+    " follow Gumbel's law they are"
+    " by it; else by the order of the runs, without a law."
+)
+
+
+def seed_nodes(plan: PlanRuns) -> document_nodes.Nodes:
+    """Extremes over the seeds of each combination of the parameters of a plan without figures."""
+    yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
+    plan_combinations = list(combinations(plan))
+    for values, at in plan_combinations[:MAX_COMBINATIONS]:
+        of = plan.runs.isel(run=at)
+        title = named_values(plan, values)
+        yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
+    if len(plan_combinations) > MAX_COMBINATIONS:
+        more = str(len(plan_combinations) - MAX_COMBINATIONS)
+        yield document_nodes.Sentence("{} more combinations are in motion, in the file.", [more])
+
+
+def extreme_nodes(plan: PlanRuns) -> document_nodes.Nodes:
+    """Extremes over the seeds of figures, and of every other channel of the file."""
+    plan_combinations = list(combinations(plan))
+    if max((at.size for _, at in plan_combinations), default=0) < over_seeds.MIN_RUNS:
+        text = "Most probable extremes and P90 over seeds take {} seeds or more."
+        yield document_nodes.Sentence(text, [str(over_seeds.MIN_RUNS)], detail=True)
+        return
+    figures: list[document_nodes.Row] = []
+    channels: list[document_nodes.Row] = []
+    for k, (values, at) in enumerate(plan_combinations):
+        of = plan.runs.isel(run=at)
+        name = named_values(plan, values) or "all"
+        figures += [
+            [name, *row]
+            for row in _extremes_over_runs(over_seeds.ends_of_figures(of, plan.figures))
+        ]
+        if k < MAX_COMBINATIONS:
+            channels += [
+                [name, *row]
+                for row in _extremes_over_runs(
+                    [*over_seeds.ends_of_motions(of), *over_seeds.ends_of_channels(of)]
+                )
+            ]
+    yield from _extreme_tables("figure", figures, of=True)
+    yield from _extreme_tables("channel", channels, of=True, detail=True)
+    if figures or channels:
+        yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
+
+
+def _extreme_tables(
+    what: str, rows: list[document_nodes.Row], of: bool = False, detail: bool = False
+) -> document_nodes.Nodes:
+    """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
+    they are of before these."""
+    if not rows:
+        return
+    begin = (*(("of",) if of else ()), what, "side")
+    n = len(begin)
+    title = "The most probable extreme of a run, and where the extreme of another run lies"
+    head = (*begin, "most probable", "interval", "another run")
+    yield document_nodes.Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
+    title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
+    shortened = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
+    yield document_nodes.Table((*begin, "P90", "interval", "by"), shortened, title, detail)
+
+
+def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> document_nodes.Nodes:
+    """Between which values each motion is, extremes of another run, stages over runs."""
+    head = ("motion", "smallest", "largest")
+    moving = list(over_seeds.ends_of_motions(runs))
+    ends: list[document_nodes.Row] = [
+        [
+            motion.name,
+            document_nodes.Value(np.min(motion.low), motion.unit),
+            document_nodes.Value(np.max(motion.high), motion.unit),
+        ]
+        for motion in moving
+        if motion.low is not None and motion.high is not None
+    ]
+    yield document_nodes.Table(head, ends, title)
+    yield from _extreme_tables(
+        "channel", _extremes_over_runs([*moving, *over_seeds.ends_of_channels(runs)])
+    )
+    if stages := list(_stage_rows(runs)):
+        yield document_nodes.Table(
+            ("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages
+        )
+
+
+def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
+    """The values of the parameters of runs, in the units that they are read in; of one parameter at
+    a time, the one that is varied."""
+    varied = str(values.get(VARIED_COORDINATE, ""))
+    if VARIED_COORDINATE in values and not varied:
+        return "the case"
+    names = [plan.axis(varied)] if varied else [*values]
+    units = units_of(plan.runs.attrs)
+    read = {name: text_of(value_of(values[name], plan.unit(name)), units) for name in names}
+    return ", ".join(f"{short_key(name)} {value}" for name, value in read.items())
+
+
+def short_key(name: str) -> str:
+    """The last two words of a key."""
+    return " ".join(name.split(".")[-2:]).replace("_", " ")
+
+
+def value_of(value: object, unit: str) -> document_nodes.Value | str:
+    """A value of a parameter: a number in its unit, or words."""
+    return document_nodes.Value(value, unit, 6) if isinstance(value, float) else value_text(value)
+
+
+def _extremes_over_runs(
+    ends: Iterable[over_seeds.SmallestAndLargest],
+) -> list[document_nodes.Row]:
+    """Extremes of channels that enough runs have values of."""
+    return [row for ends in ends for row in _rows_over_seeds(ends)]
+
+
+def _rows_over_seeds(ends: over_seeds.SmallestAndLargest) -> Iterator[document_nodes.Row]:
+    """Of the smallest and of the largest value of each run."""
+    for side, extreme in over_seeds.find_extremes(ends):
+        yield [ends.name, side, *_extreme_cells(extreme, ends.unit)]
+
+
+def _extreme_cells(extreme: over_seeds.SeedExtremes, unit: str) -> document_nodes.Row:
+    return [
+        document_nodes.Value(extreme.probable, unit),
+        document_nodes.Between(*extreme.interval, unit),
+        document_nodes.Between(*extreme.another, unit),
+        document_nodes.Value(extreme.p90, unit),
+        document_nodes.Between(*extreme.p90_interval, unit),
+        _method_text(extreme),
+    ]
+
+
+def _method_text(extreme: over_seeds.SeedExtremes) -> str:
+    """The law, or the order of the runs and what their interval of another run holds."""
+    if extreme.method == over_seeds.GUMBEL_METHOD:
+        return over_seeds.GUMBEL_METHOD
+    held = f"interval of another run holds {100.0 * extreme.probability:.0f} %"
+    more = (
+        ""
+        if extreme.probability >= INTERVAL_PROBABILITY
+        else f"; with {VALUES_FOR_INTERVAL} runs it would hold 90 %"
+    )
+    return f"{extreme.method} ({held}{more})"
+
+
+def _stage_rows(runs: xr.Dataset) -> Iterator[document_nodes.Row]:
+    """Stages and figures of each group over runs: mean with its interval, and their range."""
+    for name in runs.contact_group.values if phases.STAGE_TIME in runs else ():
+        of = runs.sel(contact_group=name)
+        stages = {str(s): of[phases.STAGE_TIME].sel(stage=s) for s in of.stage.values}
+        for what, values in {
+            **stages,
+            **{phases.FIGURES[f][0]: of[f] for f in phases.FIGURES},
+        }.items():
+            finite = values.values[np.isfinite(values.values)]
+            if finite.size and np.ptp(finite) > 0.0:
+                at = seed_spread(finite, -np.inf if what == CLEARANCE_FIGURE else 0.0)
+                unit = str(values.attrs["units"])
+                ends = (
+                    document_nodes.Between(at.low, at.high, unit),
+                    document_nodes.Between(finite.min(), finite.max(), unit),
+                )
+                yield [
+                    what,
+                    str(name),
+                    document_nodes.Value(at.mean, unit),
+                    *ends,
+                    str(finite.size),
+                ]
