@@ -249,7 +249,7 @@ class ElementLoads(NamedTuple):
 
 
 class Topic(IntEnum):
-    """What the chart of a variable is about, in the order of charts. Charts up to `CLEARANCES` are
+    """What the chart of a variable is about, in the order of charts. Charts before `CLEARANCES` are
     the overview of a run, those from `DETAILS` on are folded on pages."""
 
     MOTIONS = 0

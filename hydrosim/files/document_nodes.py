@@ -6,10 +6,10 @@ stay numbers until they are rendered: a `Value` holds SI.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -149,6 +149,11 @@ class Between:
     high: float
     unit: str = ""
     digits: int = 4
+
+
+def value_cells(numbers: Iterable[Any], unit: str = "", digits: int = 4) -> list[Value]:
+    """Numbers of one unit."""
+    return [Value(float(number), unit, digits) for number in numbers]
 
 
 Part = Value | Between | str

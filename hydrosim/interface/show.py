@@ -148,7 +148,7 @@ def explain(
     most. With ``output``, files are written as by `hydrosim show --why`.
     """
     from hydrosim.report.charts.explain import draw_explained
-    from hydrosim.report.sentences.series import explanation_document
+    from hydrosim.report.sentences.explanation import explanation_document
 
     body, _, direction = direction.rpartition(".")
     if direction not in explaining.DIRECTION_AXES:
@@ -197,7 +197,7 @@ def _explain_runs(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Da
 
 def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Name of each combination of parameters of a study, with the indices of its runs."""
-    from hydrosim.report.sentences.series import named_values
+    from hydrosim.report.sentences.statistics import named_values
 
     if "design" not in runs.attrs:
         yield "", np.arange(runs.sizes["run"])

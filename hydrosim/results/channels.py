@@ -162,14 +162,14 @@ def _labels_of_dim(run: xr.Dataset, dim: str) -> list[str]:
     return [str(label) for label in run[dim].values] if dim in run.coords else []
 
 
-def _speed_of_body(run: xr.Dataset, body: str) -> np.ndarray:
-    v = run.velocity.sel(body=body)
-    return np.hypot(v.sel(dof="surge").values, v.sel(dof="sway").values)
+def _horizontal_size(variable: str) -> Callable[[xr.Dataset, str], np.ndarray]:
+    """Size of the horizontal part of a vector of a body."""
 
+    def values(run: xr.Dataset, body: str) -> np.ndarray:
+        vector = run[variable].sel(body=body)
+        return np.hypot(vector.sel(dof="surge").values, vector.sel(dof="sway").values)
 
-def _offset_of_body(run: xr.Dataset, body: str) -> np.ndarray:
-    x = run.position.sel(body=body)
-    return np.hypot(x.sel(dof="surge").values, x.sel(dof="sway").values)
+    return values
 
 
 def _contact_groups(run: xr.Dataset) -> list[str]:
@@ -280,15 +280,21 @@ def load_variables(run: xr.Dataset) -> dict[str, tuple[str, str]]:
     }
 
 
-def _loads_with_capacity(run: xr.Dataset) -> dict[str, tuple[np.ndarray, float]]:
-    """The size (nt,) of the load of each unit that has a capacity, and the capacity."""
-    loads = {}
-    for unit, (name, dim) in load_variables(run).items():
-        capacity = run.coords.get(f"{dim}_capacity")
-        if capacity is not None and np.isfinite(capacity.sel({dim: unit})):
-            size = np.abs(run[name].sel({dim: unit}).values)
-            loads[unit] = size, float(capacity.sel({dim: unit}))
-    return loads
+def _capacities(run: xr.Dataset) -> dict[str, float]:
+    """The capacity [N] of each unit that has one."""
+    dims = dict.fromkeys(dim for _, dim in load_variables(run).values())
+    return {
+        str(unit): float(capacity)
+        for dim in dims
+        if f"{dim}_capacity" in run.coords
+        for unit, capacity in zip(run[dim].values, run[f"{dim}_capacity"].values, strict=True)
+        if np.isfinite(capacity)
+    }
+
+
+def _load_of_unit(run: xr.Dataset, unit: str) -> np.ndarray:
+    name, dim = load_variables(run)[unit]
+    return np.abs(run[name].sel({dim: unit}).values)
 
 
 class LargestLoad(NamedTuple):
@@ -302,26 +308,30 @@ class LargestLoad(NamedTuple):
 
 def largest_loads(run: xr.Dataset) -> Iterator[LargestLoad]:
     """Largest loads, at output times, of all units that have a capacity."""
-    for unit, (load, capacity) in _loads_with_capacity(run).items() if run.sizes["time"] else ():
+    for unit, capacity in _capacities(run).items() if run.sizes["time"] else ():
+        load = _load_of_unit(run, unit)
         at = int(load.argmax())
         yield LargestLoad(unit, float(load[at]), float(run.time.values[at]), capacity)
 
 
 def _utilisation_of_unit(run: xr.Dataset, unit: str) -> np.ndarray:
-    load, capacity = _loads_with_capacity(run)[unit]
-    return load / capacity
+    return _load_of_unit(run, unit) / _capacities(run)[unit]
 
 
 CHANNEL_KINDS = {
-    "speed": ChannelKind(lambda run: _labels_of_dim(run, "body"), _speed_of_body, "m/s", 0.0),
-    "offset": ChannelKind(lambda run: _labels_of_dim(run, "body"), _offset_of_body, "m", 0.0),
+    "speed": ChannelKind(
+        lambda run: _labels_of_dim(run, "body"), _horizontal_size("velocity"), "m/s", 0.0
+    ),
+    "offset": ChannelKind(
+        lambda run: _labels_of_dim(run, "body"), _horizontal_size("position"), "m", 0.0
+    ),
     "fender_normal_force": ChannelKind(_contact_groups, _group_force, "N"),
     "point_velocity": ChannelKind(_point_channel_names, _axis_value(_velocity_of_point), "m/s"),
     "point_acceleration": ChannelKind(_moving_points, _axis_value(_acceleration_of_point), "m/s^2"),
     "relative_position": ChannelKind(_clearance_names, _axis_value(_place_of_point), "m"),
     "relative_velocity": ChannelKind(_clearance_names, _axis_value(_velocity_of_point), "m/s"),
     "relative_speed": ChannelKind(_point_pairs, _relative_speed, "m/s", 0.0),
-    "utilisation": ChannelKind(_loads_with_capacity, _utilisation_of_unit, "1", 0.0),
+    "utilisation": ChannelKind(_capacities, _utilisation_of_unit, "1", 0.0),
 }
 NEEDS = {
     "acceleration": "output: {accelerations: true} in the case",

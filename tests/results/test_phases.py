@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
-from hydrosim.report.sentences.series import reported_spans
+from hydrosim.report.sentences.explanation import reported_spans
 from hydrosim.results.phases import (
     MIN_STICKING_SHARE,
     WINDOW,

@@ -12,7 +12,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.elements.contact.kind import MODES
 from hydrosim.errors import InputError
 from hydrosim.files.document import Document
-from hydrosim.report.sentences.series import explanation, mean_cell
+from hydrosim.report.sentences.explanation import explanation, mean_cell
 from hydrosim.results.phases import STAGES, Phase
 from hydrosim.statistics.explain import (
     COVARIANCE,

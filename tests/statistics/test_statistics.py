@@ -14,8 +14,7 @@ from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import Node
 from hydrosim.files.series import unit_of
-from hydrosim.report.sentences.series import nodes_over_seeds
-from hydrosim.report.sentences.statistics import contact_nodes, figures
+from hydrosim.report.sentences.statistics import contact_nodes, figures, nodes_over_seeds
 from hydrosim.results.phases import contact_phases
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import fit_maxima

@@ -289,27 +289,20 @@ def _draw_tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: Valu
     base = next(row.spread.mean for row in rows if not row.values["varied"])
     bars: list[tuple[float, float, list[EffectRow], str]] = []
     for parameter in plan.parameters:
-        parameter_rows = [row for row in rows if row.values["varied"] == parameter and row.spread.n]
-        means = [row.spread.mean for row in parameter_rows] + [base] * bool(
-            parameter_rows and np.isfinite(base)
-        )
-        ends = (min(means), max(means)) if parameter_rows else (base, base)
-        bars.append((*ends, sorted(parameter_rows, key=lambda row: row.spread.mean), parameter))
+        varied = [row for row in rows if row.values["varied"] == parameter and row.spread.n]
+        varied.sort(key=lambda row: row.spread.mean)
+        means = [row.spread.mean for row in varied] or [base]
+        bars.append((np.fmin(base, means[0]), np.fmax(base, means[-1]), varied, parameter))
     bars.sort(key=lambda bar: bar[1] - bar[0])
-    for k, (low, high, parameter_rows, parameter) in enumerate(bars):
+    for k, (low, high, varied, parameter) in enumerate(bars):
         axis.barh(k, high - low, left=low, color=COLOURS[0], alpha=0.6)
-        for row in {id(row): row for row in (*parameter_rows[:1], *parameter_rows[-1:])}.values():
+        for row in (*varied[:1], *varied[1:][-1:]):
             value, mean = row.values[plan.axis(parameter)], row.spread.mean
-            text = (
-                f" {value:.3g} " if isinstance(value, float) else f" {names.names_of([value])[0]} "
-            )
-            side = (
-                "right"
-                if mean < base or (row is parameter_rows[0] and len(parameter_rows) > 1)
-                else "left"
-            )
-            axis.text(mean, k, text, ha=side, va="center", fontsize="small")
-        if not parameter_rows and np.isfinite(base):
+            text = f"{value:.3g}" if isinstance(value, float) else names.names_of([value])[0]
+            is_lower = mean < base or (row is varied[0] and len(varied) > 1)
+            side = "right" if is_lower else "left"
+            axis.text(mean, k, f" {text} ", ha=side, va="center", fontsize="small")
+        if not varied and np.isfinite(base):
             axis.text(base, k, " no run has a value", va="center", fontsize="small")
     axis.axvline(base, color="0.3")
     axis.use_sticky_edges = False
@@ -330,10 +323,8 @@ def _draw_points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: Value
 
 def _draw_bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw first-order and total indices with their intervals."""
-    sobol_indices, axis = (
-        [index for index in effects.indices(plan) if index.figure == figure],
-        axes[0],
-    )
+    axis = axes[0]
+    sobol_indices = [index for index in effects.indices(plan) if index.figure == figure]
     for shift, kind, colour in ((-0.2, "first", COLOURS[0]), (0.2, "total", COLOURS[1])):
         value, low, high = np.array([getattr(index, kind) for index in sobol_indices]).T
         label = "alone" if kind == "first" else "with all interactions"

@@ -40,13 +40,10 @@ RESPONSE_COLUMNS = {
 
 def linear_document(analysis: xr.Dataset, raos: bool = False) -> Document:
     """Motions, natural modes and, if so asked, ``raos`` over the period."""
-    nodes = [*_describe_remarks(analysis), _motion_table(analysis), _mode_table(analysis)]
+    remarks = document_nodes.warnings(lines_of(analysis, "remarks"))
+    nodes = [*remarks, _motion_table(analysis), _mode_table(analysis)]
     nodes += [*_rao_tables(analysis), *_joint_rao_tables(analysis)] if raos else []
     return Document(title_of(analysis), nodes, units=units_of(analysis.attrs))
-
-
-def _describe_remarks(analysis: xr.Dataset) -> document_nodes.Nodes:
-    return (document_nodes.warning(line) for line in lines_of(analysis, "remarks"))
 
 
 def _motion_table(analysis: xr.Dataset) -> document_nodes.Table:
@@ -192,6 +189,7 @@ AT_REST_COLUMNS = (
     *("line", "to", "tension", "horizontal pull", "down at fairlead", "angle below level"),
     *("anchor tension", "grounded", "length"),
 )
+GAP_TEXT = "A dash is where the line has no shape: "
 FRICTION_NOTE = (
     "With friction on the seabed the pull has no potential. It depends on the place alone here, as"
     " if the fairlead had come there from slack."
@@ -210,12 +208,13 @@ def line_document(
     nodes: list[document_nodes.Node] = [
         *document_nodes.warnings(left_out),
         *_unsolved_lines(lines),
-        _rest_table(lines),
+        document_nodes.Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest"),
     ]
     if any(line.friction > 0.0 for line in lines):
         nodes.append(document_nodes.Sentence(FRICTION_NOTE, detail=True))
     for response in responses:
-        nodes += [_offset_table(response), *_describe_gaps(response)]
+        nodes.append(_offset_table(response))
+        nodes += [document_nodes.Sentence(f"{GAP_TEXT}{reason}.") for reason in response.reasons]
     return Document(title, nodes, units=units)
 
 
@@ -228,23 +227,15 @@ def _unsolved_lines(lines: Sequence[StillLine]) -> Iterator[document_nodes.Verdi
             )
 
 
-def _rest_table(lines: Sequence[StillLine]) -> document_nodes.Table:
-    return document_nodes.Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest")
-
-
 def _row_at_rest(line: StillLine) -> document_nodes.Row:
     pull = line.end_forces()
-    grounded = line.grounded_length(pull)
     return [
         line.name,
         document_nodes.Value(line.heading, "rad"),
-        document_nodes.Value(float(np.hypot(pull.H, pull.V)), "N"),
-        document_nodes.Value(pull.H, "N"),
-        document_nodes.Value(pull.V, "N"),
+        *document_nodes.value_cells((np.hypot(pull.H, pull.V), pull.H, pull.V), "N"),
         document_nodes.Value(angle_at_fairlead(pull), "rad"),
         document_nodes.Value(float(np.hypot(pull.anchor_H, pull.anchor_V)), "N"),
-        document_nodes.Value(grounded, "m"),
-        document_nodes.Value(line.length, "m"),
+        *document_nodes.value_cells((line.grounded_length(pull), line.length), "m"),
     ]
 
 
@@ -255,26 +246,13 @@ def _offset_table(response: LineResponse) -> document_nodes.Table:
         *("stiffness", "grounded"),
     )
     columns = (
-        *(response.tension, response.horizontal, response.vertical, response.anchor),
-        *(response.stiffness, response.grounded),
+        *(response.offsets, response.tension, response.horizontal, response.vertical),
+        *(response.anchor, response.stiffness, response.grounded),
     )
-    units = ("N", "N", "N", "N", "N/m", "m")
-    rows: list[document_nodes.Row] = [
-        [
-            document_nodes.Value(float(response.offsets[i]), "m"),
-            *(
-                document_nodes.Value(float(c[i]), unit)
-                for c, unit in zip(columns, units, strict=True)
-            ),
-        ]
-        for i in range(response.offsets.size)
-    ]
+    units = ("m", "N", "N", "N", "N", "N/m", "m")
+    cells = (document_nodes.value_cells(*of) for of in zip(columns, units, strict=True))
+    rows = list(zip(*cells, strict=True))
     return document_nodes.Table(head, rows, f"Offset of the fairlead {way}")
-
-
-def _describe_gaps(response: LineResponse) -> document_nodes.Nodes:
-    for reason in response.reasons:
-        yield document_nodes.Sentence(f"A dash is where the line has no shape: {reason}.")
 
 
 # The loading condition of bodies with tanks, and plans of their pumps.
@@ -408,7 +386,7 @@ def _length_value(value: float) -> document_nodes.Value:
 
 
 def _length_values(values: np.ndarray) -> list[document_nodes.Value]:
-    return [_length_value(value) for value in values]
+    return document_nodes.value_cells(values, "m")
 
 
 def _angle_value(value: float, digits: int = 3) -> document_nodes.Value:
@@ -484,30 +462,23 @@ def _undetermined_terms(fit: DecayFit) -> document_nodes.Node:
 
 
 def _ratio_table(fit: DecayFit) -> document_nodes.Table:
-    rows: list[document_nodes.Row] = []
+    rows = []
     for amplitude in np.linspace(*fit.amplitudes, MAX_RATIO_ROWS):
-        ratio = fit.terms.damping_ratio(amplitude)
-        used = fit.used_ratio(amplitude)
-        cells: document_nodes.Row = [document_nodes.Value(x, "share", 3) for x in (*ratio, used)]
+        ratios = (*fit.terms.damping_ratio(amplitude), fit.used_ratio(amplitude))
+        cells = document_nodes.value_cells(ratios, "share", 3)
         rows.append([document_nodes.Value(amplitude, "rad", 3), *cells])
     head = ("amplitude", "damping ratio", "90 % from", "to", "for use")
     return document_nodes.Table(head, rows, "Equivalent linear damping, of critical")
 
 
 def _record_table(fit: DecayFit) -> document_nodes.Table:
-    rows: list[document_nodes.Row] = []
-    for decay, deviation in zip(fit.decays, fit.deviations, strict=True):
-        begin, end = decay.time[0], decay.time[-1]
-        size = document_nodes.Value(decay.size, "rad", 3)
-        residual = document_nodes.Value(deviation, "rad", 3)
-        rows.append(
-            [
-                decay.called,
-                document_nodes.Value(begin, "s"),
-                document_nodes.Value(end, "s"),
-                size,
-                residual,
-            ]
-        )
+    rows: list[document_nodes.Row] = [
+        [
+            decay.called,
+            *document_nodes.value_cells(decay.time[[0, -1]], "s"),
+            *document_nodes.value_cells((decay.size, deviation), "rad", 3),
+        ]
+        for decay, deviation in zip(fit.decays, fit.deviations, strict=True)
+    ]
     head = ("record", "from", "to", "largest roll", "std of residuals")
     return document_nodes.Table(head, rows, "Records")

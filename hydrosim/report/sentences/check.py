@@ -107,15 +107,8 @@ def describe_drives(scene: Scene, begin: float = 0.0) -> Iterator[document_nodes
         position, speed, acceleration = np.array([motion_at(drive, float(t)) for t in times]).T
         parts: list[document_nodes.Part] = [
             *(name, drive.driven, _drive_form_text(drive)),
-            *(
-                document_nodes.Value(float(position.min()), unit),
-                document_nodes.Value(float(position.max()), unit),
-            ),
-            *(
-                document_nodes.Value(float(position[0]), unit),
-                document_nodes.Value(float(speed[0]), f"{unit}/s"),
-            ),
-            document_nodes.Value(float(np.abs(speed).max()), f"{unit}/s"),
+            *document_nodes.value_cells((position.min(), position.max(), position[0]), unit),
+            *document_nodes.value_cells((speed[0], np.abs(speed).max()), f"{unit}/s"),
             document_nodes.Value(float(np.abs(acceleration).max()), f"{unit}/s^2"),
         ]
         text = "{} moves {} by {}: from {} to {}; it starts at {} with {}; at most {} and {}."
@@ -226,11 +219,9 @@ def _floating_row(
     height = float(about.centre(about.body_numbers[body.name])[2])
     return [
         body.name,
-        *(document_nodes.Value(round(angle, ANGLE_DIGITS), "rad", 3) for angle in angles),
+        *document_nodes.value_cells(np.round(angles, ANGLE_DIGITS), "rad", 3),
         document_nodes.Value(size.draught, "m", 3) if size is not None else "",
-        document_nodes.Value(height, "m", 3),
-        document_nodes.Value(transverse, "m", 3),
-        document_nodes.Value(longitudinal, "m", 3),
+        *document_nodes.value_cells((height, transverse, longitudinal), "m", 3),
     ]
 
 
@@ -287,22 +278,13 @@ def describe_lines(compiled: Compiled) -> Iterator[document_nodes.Table]:
     )
     heights = {name: _line_heights(about, of) for name, of in lines.items()}
     moored = any(any(cells) for cells in heights.values())
-    rows: list[document_nodes.Row] = []
+    rows = []
     for name, line in lines.items():
-        allowed: document_nodes.Row = ["", ""]
+        cells: document_nodes.Row = [name, document_nodes.Value(loads[name], "N"), "", ""]
         if line.capacity is not None:
-            allowed = [
-                document_nodes.Value(line.capacity, "N"),
-                document_nodes.Value(loads[name] / line.capacity, "share", 2),
-            ]
-        rows.append(
-            [
-                name,
-                document_nodes.Value(loads[name], "N"),
-                *allowed,
-                *(heights[name] if moored else ()),
-            ]
-        )
+            used = document_nodes.Value(loads[name] / line.capacity, "share", 2)
+            cells[2:] = document_nodes.Value(line.capacity, "N"), used
+        rows.append([*cells, *(heights[name] if moored else ())])
     head = ["line", "load at the start", "capacity", "used"]
     if moored:
         head += ["fairlead above water", "anchor above bed"]

@@ -161,7 +161,7 @@ def _describe_tolerances(comparison: xr.Dataset) -> document_nodes.Nodes:
 
 def _channel_cells(channel: xr.Dataset) -> document_nodes.Row:
     unit = str(channel.units.values)
-    rms, peak = (document_nodes.Value(float(channel[name]), unit) for name in ("rms", "peak"))
+    rms, peak = document_nodes.value_cells((channel.rms, channel.peak), unit)
     relative = float(channel.relative)
     share = "constant" if np.isnan(relative) else document_nodes.Value(relative, "share", 3)
     at = document_nodes.Value(float(channel.peak_time), "s")
@@ -217,7 +217,7 @@ def _band_cells(channel: xr.Dataset, names: list[str]) -> document_nodes.Row:
     unit = str(channel.units.values)
     std = float(channel["std"])
     bands = [_band_text(channel.sel(band=name), std) for name in names]
-    ends = [document_nodes.Value(float(channel[name]), unit) for name in ("mean", "drift")]
+    ends = document_nodes.value_cells((channel["mean"], channel.drift), unit)
     fit = [document_nodes.Value(float(channel.gain)), document_nodes.Value(float(channel.lag), "s")]
     return [str(channel.channel.values), *ends, *fit, *bands]
 
@@ -438,8 +438,8 @@ def _difference_table(rows: xr.Dataset) -> document_nodes.Table:
 
 def _study_row(channel: xr.Dataset) -> document_nodes.Row:
     unit = str(channel.units.values)
-    names = ("ours_mean", "theirs_mean", "difference")
-    means = [document_nodes.Value(float(channel[name]), unit) for name in names]
+    figures = channel.ours_mean, channel.theirs_mean, channel.difference
+    means = document_nodes.value_cells(figures, unit)
     interval = document_nodes.Between(float(channel.low), float(channel.high), unit)
     theirs = abs(float(channel.theirs_mean)) or np.nan
     share = document_nodes.Value(float(channel.difference) / theirs, "share", 2)

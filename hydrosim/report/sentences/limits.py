@@ -119,10 +119,8 @@ def weather_nodes(limits: xr.Dataset) -> document_nodes.Nodes:
             " has directions, operability.bearing turns them into headings."
         )
     if "scatter_workable" in limits:
-        workable, outside = (
-            document_nodes.Value(float(limits[f"scatter_{name}"]), "share", 3)
-            for name in ("workable", "outside")
-        )
+        shares = limits.scatter_workable, limits.scatter_outside
+        workable, outside = document_nodes.value_cells(shares, "share", 3)
         low, high = limits.peak_period.values[[0, -1]]
         yield document_nodes.Sentence(
             "Of the scatter diagram {} is workable. {} is outside peak periods of {} and counts as"
@@ -153,7 +151,7 @@ def _describe_alpha_factors(limits: xr.Dataset) -> document_nodes.Nodes:
         *(_heading_words(float(heading), unmirrored) for heading in unmirrored.heading.values),
     )
     rows: list[document_nodes.Row] = [
-        [digits_of(float(period)), *(document_nodes.Value(float(x), "", 3) for x in at)]
+        [digits_of(float(period)), *document_nodes.value_cells(at, "", 3)]
         for period, at in zip(unmirrored.peak_period.values, unmirrored.alpha.values.T, strict=True)
     ]
     yield document_nodes.Table(
@@ -199,10 +197,8 @@ def _describe_hindcast(limits: xr.Dataset) -> document_nodes.Nodes:
 
 
 def _season_cells(at: xr.Dataset) -> document_nodes.Row:
-    workable, startable, never = (
-        document_nodes.Value(float(at[f"hindcast_{name}"]), "share", 3)
-        for name in ("workable", "startable", "never")
-    )
+    shares = at.hindcast_workable, at.hindcast_startable, at.hindcast_never
+    workable, startable, never = document_nodes.value_cells(shares, "share", 3)
     waits = [
         document_nodes.Value(float(w) / HOUR_S, "h") if np.isfinite(w) else "beyond the record"
         for w in at.waiting.values

@@ -27,6 +27,7 @@ from hydrosim.files.document_nodes import (
     Table,
     Value,
     Verdict,
+    value_cells,
     warning,
     warnings,
 )
@@ -63,12 +64,12 @@ def _stage_time_rows(groups: xr.Dataset) -> Iterator[Row]:
     for stage in groups.stage.values:
         times = groups[phases.STAGE_TIME].sel(stage=stage).values
         if np.isfinite(times).any():
-            yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
+            yield [str(stage), *value_cells(times, "s", 6)]
 
 
 def _stage_figure_rows(groups: xr.Dataset) -> Iterator[Row]:
     for name, (what, unit) in phases.FIGURES.items():
-        yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
+        yield [what, *value_cells(groups[name].values, unit)]
 
 
 # Criteria of a run: values, limits and margins.
@@ -122,8 +123,8 @@ def criterion_not_met(of: Criterion, at: str = "", more: str = "") -> Verdict:
 
 def criterion_figures(of: Criterion) -> Row:
     """Name, value, limit, margin, and the share of the limit that is used."""
-    limit, margin = (Value(number, of.unit) for number in (of.limit, of.margin))
-    return [of.name, _shown_value(of), limit, margin, Value(of.utilisation, "share", 3)]
+    limits = value_cells((of.limit, of.margin), of.unit)
+    return [of.name, _shown_value(of), *limits, Value(of.utilisation, "share", 3)]
 
 
 def _shown_value(of: Criterion) -> Value | str:
@@ -384,7 +385,7 @@ def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[Row]:
             if x.size and x.any():
                 figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
                 unit = unit_of_dof(dof)
-                cells = [Value(float(figure), unit) for figure in figures]
+                cells = value_cells(figures, unit)
                 if measured:
                     error = float(run.position_error.sel(body=body, dof=dof))
                     cells.append(Value(error, unit, digits=1))

@@ -1,9 +1,9 @@
-"""Tables of statistics: moments, extremes, contacts, crawl by phase; first results of a report."""
+"""Tables of statistics: moments, extremes, contacts, crawl; first results; runs over seeds."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,13 +11,15 @@ import numpy as np
 from hydrosim.files import document_nodes
 from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
+from hydrosim.files.document_layout import text_of, value_text
 from hydrosim.report.sentences import run as run_sentences
-from hydrosim.report.sentences.sections import lines_of, table_of, title_of
-from hydrosim.results.phases import is_operation
+from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, lines_of, table_of, title_of
+from hydrosim.results import phases
 from hydrosim.results.variables import TENSIONS
+from hydrosim.statistics import over_seeds
+from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
-from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
-from hydrosim.statistics.over_seeds import FORCE_DIMS
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY, VALUES_FOR_INTERVAL
 from hydrosim.statistics.statistics import (
     CHANNEL_VARIABLES,
     EXTREME_SIDES,
@@ -31,36 +33,40 @@ if TYPE_CHECKING:
 
 
 class StatisticsChannel(NamedTuple):
-    """A channel in statistics: the ``kind`` of variables, the labels ``at`` which it stands there,
-    what it is called, and its SI unit."""
+    """A channel in ``statistics``: the ``kind`` of variables, the labels ``at`` which it stands
+    there, what it is called, and its SI unit."""
 
+    statistics: xr.Dataset
     kind: str
     at: dict[str, str]
     title: str
     unit: str
 
-    def figure(self, statistics: xr.Dataset, name: str) -> document_nodes.Value:
+    def _number(self, suffix: str, **labels: str) -> float:
+        """A number of the variable of its kind with a ``suffix``."""
+        return float(self.statistics[self.kind + suffix].sel(self.at | labels))
+
+    def figure(self, name: str) -> document_nodes.Value:
         """A figure by its name among `statistics.STATISTIC_NAMES`."""
-        number = float(statistics[self.kind].sel({**self.at, "statistic": name}))
+        number = self._number("", statistic=name)
         return document_nodes.Value(number, "s" if name == "period" else self.unit)
 
-    def basis(self, statistics: xr.Dataset, side: str) -> ExtremeModel:
+    def basis(self, side: str) -> ExtremeModel:
         """What the extremes of a side are by, or why there are none."""
-        return ExtremeModel(int(statistics[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+        return ExtremeModel(int(self._number("_basis", side=side)))
 
-    def extreme(self, statistics: xr.Dataset, side: str, name: str) -> document_nodes.Value:
+    def extreme(self, side: str, name: str) -> document_nodes.Value:
         """A figure of the extremes of a side."""
-        extreme = statistics[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
-        return document_nodes.Value(float(extreme), self.unit)
+        return document_nodes.Value(self._number("_extreme", side=side, extreme=name), self.unit)
 
-    def interval(self, statistics: xr.Dataset, side: str, name: str) -> document_nodes.Between:
+    def interval(self, side: str, name: str) -> document_nodes.Between:
         """The interval of a figure of the extremes of a side."""
-        low, high = (self.extreme(statistics, side, f"{name}_{end}") for end in ("lower", "upper"))
+        low, high = (self.extreme(side, f"{name}_{end}") for end in ("lower", "upper"))
         return document_nodes.Between(low.number, high.number, self.unit)
 
-    def recorded_mean(self, statistics: xr.Dataset) -> document_nodes.Value:
+    def recorded_mean(self) -> document_nodes.Value:
         """The mean of the records, where that by impulses is another; else not a number."""
-        recorded = statistics.get(f"{self.kind}_recorded_mean")
+        recorded = self.statistics.get(f"{self.kind}_recorded_mean")
         number = float("nan") if recorded is None else float(recorded.sel(self.at))
         return document_nodes.Value(number, self.unit)
 
@@ -68,7 +74,7 @@ class StatisticsChannel(NamedTuple):
 def channels_of(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
     """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
     for channel in _all_channels(statistics):
-        if ExtremeModel.CONSTANT not in {channel.basis(statistics, side) for side in EXTREME_SIDES}:
+        if ExtremeModel.CONSTANT not in {channel.basis(side) for side in EXTREME_SIDES}:
             yield channel
 
 
@@ -76,16 +82,16 @@ def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
     for body in map(str, statistics.body.values):
         for dof in map(str, statistics.dof.values):
             yield StatisticsChannel(
-                "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
+                statistics, "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
             )
     if "wave" in statistics:
-        yield StatisticsChannel("wave", {}, "wave elevation", "m")
-    for force, dim in FORCE_DIMS.items():
+        yield StatisticsChannel(statistics, "wave", {}, "wave elevation", "m")
+    for force, dim in over_seeds.FORCE_DIMS.items():
         for name in map(str, statistics[dim].values if force in statistics else ()):
-            yield StatisticsChannel(force, {dim: name}, f"force of {name}", "N")
+            yield StatisticsChannel(statistics, force, {dim: name}, f"force of {name}", "N")
     for name in map(str, statistics.channel.values if "channel" in statistics.dims else ()):
         unit = str(statistics.unit.sel(channel=name).item())
-        yield StatisticsChannel("named", {"channel": name}, name, unit)
+        yield StatisticsChannel(statistics, "named", {"channel": name}, name, unit)
 
 
 MIN_SAMPLES = 16
@@ -210,15 +216,15 @@ def figures(statistics: xr.Dataset) -> document_nodes.Nodes:
     """Moments of each channel that varies, its extremes, and why there are none."""
     every_channel = list(channels_of(statistics))
     channels = list(_channels_once(every_channel))
-    yield from _mean_verdicts(statistics, channels)
-    moments = [_moment_cells(statistics, channel) for channel in channels]
+    yield from _mean_verdicts(channels)
+    moments = [_moment_cells(channel) for channel in channels]
     yield document_nodes.Table(("channel", *MOMENTS), moments)
     yield document_nodes.Sentence(
         "Significant is the double amplitude, four standard deviations. The period is the mean"
         " between upcrossings.",
         detail=True,
     )
-    rows = [row for channel in channels for row in _extreme_rows(statistics, channel)]
+    rows = [row for channel in channels for row in _extreme_rows(channel)]
     if rows:
         percent = 100.0 * statistics.motion_extreme.attrs["interval_probability"]
         yield document_nodes.Sentence(
@@ -228,7 +234,7 @@ def figures(statistics: xr.Dataset) -> document_nodes.Nodes:
         )
         head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
         yield document_nodes.Table(head, rows)
-    if without := list(_reasons_without_extremes(statistics, channels)):
+    if without := list(_reasons_without_extremes(channels)):
         yield document_nodes.List(without, "No extremes:")
         if any(SEEDS_HINT in item.text for item in without):
             yield document_nodes.Sentence(STATISTICS_METHOD_NOTE)
@@ -271,47 +277,43 @@ def ramp_end(run: xr.Dataset) -> float:
     return ramp if first < ramp < 0.5 * (first + last) else 0.0
 
 
-def _mean_verdicts(
-    statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
-) -> document_nodes.Nodes:
+def _mean_verdicts(channels: Sequence[StatisticsChannel]) -> document_nodes.Nodes:
     """Warnings of channels whose records have another mean than their impulses."""
     for channel in channels:
-        recorded = channel.recorded_mean(statistics)
+        recorded = channel.recorded_mean()
         if np.isfinite(recorded.number):
             yield document_nodes.warning(CHATTER_NOTE, [channel.title, recorded])
 
 
-def _moment_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> document_nodes.Row:
-    return [channel.title, *(channel.figure(statistics, name) for name in MOMENTS)]
+def _moment_cells(channel: StatisticsChannel) -> document_nodes.Row:
+    return [channel.title, *(channel.figure(name) for name in MOMENTS)]
 
 
-def _extreme_rows(
-    statistics: xr.Dataset, channel: StatisticsChannel
-) -> Iterator[document_nodes.Row]:
+def _extreme_rows(channel: StatisticsChannel) -> Iterator[document_nodes.Row]:
     for side in EXTREME_SIDES:
-        basis = channel.basis(statistics, side)
+        basis = channel.basis(side)
         if basis in LAWS:
             yield [
                 channel.title,
                 side,
-                channel.figure(statistics, side),
-                channel.extreme(statistics, side, "mpm"),
-                channel.interval(statistics, side, "mpm"),
-                channel.interval(statistics, side, "predicted"),
+                channel.figure(side),
+                channel.extreme(side, "mpm"),
+                channel.interval(side, "mpm"),
+                channel.interval(side, "predicted"),
                 LAW_NAMES[basis],
             ]
 
 
 def _reasons_without_extremes(
-    statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
+    channels: Sequence[StatisticsChannel],
 ) -> Iterator[document_nodes.Sentence]:
     """Why channels have no extremes: those that have the same reason together."""
     names: dict[document_nodes.Sentence, list[str]] = {}
     for channel in channels:
-        bases = {side: channel.basis(statistics, side) for side in EXTREME_SIDES}
+        bases = {side: channel.basis(side) for side in EXTREME_SIDES}
         for side, basis in bases.items():
             if basis not in LAWS:
-                reason = _reason_sentence(statistics, channel, basis)
+                reason = _reason_sentence(channel, basis)
                 names.setdefault(reason, []).append(f"{channel.title}, {side}")
     for reason, channel_names in names.items():
         told = ", ".join(_both_sides(channel_names))
@@ -327,12 +329,10 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
     )
 
 
-def _reason_sentence(
-    statistics: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel
-) -> document_nodes.Sentence:
+def _reason_sentence(channel: StatisticsChannel, basis: ExtremeModel) -> document_nodes.Sentence:
     text, names = REASONS[basis]
-    text = text.replace("{ramp:g}", f"{float(statistics.attrs['wave_ramp']):g}")
-    return document_nodes.Sentence(text, tuple(channel.figure(statistics, name) for name in names))
+    text = text.replace("{ramp:g}", f"{float(channel.statistics.attrs['wave_ramp']):g}")
+    return document_nodes.Sentence(text, tuple(channel.figure(name) for name in names))
 
 
 def _describe_phases(
@@ -348,7 +348,7 @@ def _describe_phases(
                 at = statistics.named_phase.sel(contact_group=group, phase=phase, **channel.at)
                 figures = at.sel(statistic=list(PHASE_FIGURES)).values
                 if not np.isnan(figures[0]):
-                    values = (document_nodes.Value(float(x), channel.unit) for x in figures)
+                    values = document_nodes.value_cells(figures, channel.unit)
                     rows.append([channel.title, group, phase, *values])
     if rows:
         yield document_nodes.Table(("channel", "group", "phase", *PHASE_FIGURES), rows)
@@ -362,7 +362,7 @@ def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
     lasting = {
         group: statistics.phase_duration.sel(contact_group=group).values > 0.0 for group in groups
     }
-    return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
+    return [group for group, lasts in lasting.items() if phases.is_operation(np.flatnonzero(lasts))]
 
 
 def _phase_rows(statistics: xr.Dataset) -> Iterator[document_nodes.Row]:
@@ -372,7 +372,7 @@ def _phase_rows(statistics: xr.Dataset) -> Iterator[document_nodes.Row]:
             seconds = float(at.phase_duration)
             for body in map(str, statistics.body.values if seconds > 0.0 else ()):
                 crawl = at.phase_crawl.sel(body=body).values
-                moved = [document_nodes.Value(float(x), "m", 3) for x in crawl]
+                moved = document_nodes.value_cells(crawl, "m", 3)
                 yield [group, phase, document_nodes.Value(seconds, "s"), body, *moved]
 
 
@@ -427,7 +427,7 @@ def _is_of_random_waves(case: Mapping[str, Any]) -> bool:
 
 def largest_values(statistics: xr.Dataset) -> document_nodes.Nodes:
     """The extreme of each channel on the side that is further from zero."""
-    rows = [_largest_cells(statistics, channel) for channel in channels_of(statistics)]
+    rows = [_largest_cells(channel) for channel in channels_of(statistics)]
     head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
     yield document_nodes.Table(head, rows, "Largest values")
     yield document_nodes.Sentence(
@@ -436,15 +436,197 @@ def largest_values(statistics: xr.Dataset) -> document_nodes.Nodes:
     )
 
 
-def _largest_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> document_nodes.Row:
-    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(statistics, side).number))
-    seen = channel.figure(statistics, side)
-    if channel.basis(statistics, side) not in LAWS:
+def _largest_cells(channel: StatisticsChannel) -> document_nodes.Row:
+    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(side).number))
+    seen = channel.figure(side)
+    if channel.basis(side) not in LAWS:
         return [channel.title, seen, "", "", ""]
-    likely = channel.extreme(statistics, side, "mpm")
+    likely = channel.extreme(side, "mpm")
     return [
         channel.title,
         seen,
         likely,
-        *(channel.interval(statistics, side, of) for of in ("mpm", "predicted")),
+        *(channel.interval(side, of) for of in ("mpm", "predicted")),
     ]
+
+
+# Runs that differ in their seeds alone: ranges of motions, extremes of channels.
+
+MAX_COMBINATIONS = 5
+"""Combinations of parameters that are shown."""
+CLEARANCE_FIGURE = phases.FIGURES["end_clearance"][0]
+"""The only result of stages that may be negative."""
+VARIED_COORDINATE = "varied"
+"""Coordinate of runs: the parameter that is varied, one at a time."""
+EXTREMES_METHOD_NOTE = (
+    f"Intervals hold 90 %, over {over_seeds.MIN_RUNS} seeds or more. Where maxima"
+    " follow Gumbel's law they are"
+    " by it; else by the order of the runs, without a law."
+)
+
+
+def seed_nodes(plan: PlanRuns) -> document_nodes.Nodes:
+    """Extremes over the seeds of each combination of the parameters of a plan without figures."""
+    yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
+    plan_combinations = list(combinations(plan))
+    for values, at in plan_combinations[:MAX_COMBINATIONS]:
+        of = plan.runs.isel(run=at)
+        title = named_values(plan, values)
+        yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
+    if len(plan_combinations) > MAX_COMBINATIONS:
+        more = str(len(plan_combinations) - MAX_COMBINATIONS)
+        yield document_nodes.Sentence("{} more combinations are in motion, in the file.", [more])
+
+
+def extreme_nodes(plan: PlanRuns) -> document_nodes.Nodes:
+    """Extremes over the seeds of figures, and of every other channel of the file."""
+    plan_combinations = list(combinations(plan))
+    if max((at.size for _, at in plan_combinations), default=0) < over_seeds.MIN_RUNS:
+        text = "Most probable extremes and P90 over seeds take {} seeds or more."
+        yield document_nodes.Sentence(text, [str(over_seeds.MIN_RUNS)], detail=True)
+        return
+    figures: list[document_nodes.Row] = []
+    channels: list[document_nodes.Row] = []
+    for k, (values, at) in enumerate(plan_combinations):
+        of = plan.runs.isel(run=at)
+        name = named_values(plan, values) or "all"
+        figures += [
+            [name, *row]
+            for row in _extremes_over_runs(over_seeds.ends_of_figures(of, plan.figures))
+        ]
+        if k < MAX_COMBINATIONS:
+            channels += [
+                [name, *row]
+                for row in _extremes_over_runs(
+                    [*over_seeds.ends_of_motions(of), *over_seeds.ends_of_channels(of)]
+                )
+            ]
+    yield from _extreme_tables("figure", figures, of=True)
+    yield from _extreme_tables("channel", channels, of=True, detail=True)
+    if figures or channels:
+        yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
+
+
+def _extreme_tables(
+    what: str, rows: list[document_nodes.Row], of: bool = False, detail: bool = False
+) -> document_nodes.Nodes:
+    """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
+    they are of before these."""
+    if not rows:
+        return
+    begin = (*(("of",) if of else ()), what, "side")
+    n = len(begin)
+    title = "The most probable extreme of a run, and where the extreme of another run lies"
+    head = (*begin, "most probable", "interval", "another run")
+    yield document_nodes.Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
+    title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
+    shortened = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
+    yield document_nodes.Table((*begin, "P90", "interval", "by"), shortened, title, detail)
+
+
+def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> document_nodes.Nodes:
+    """Between which values each motion is, extremes of another run, stages over runs."""
+    head = ("motion", "smallest", "largest")
+    moving = list(over_seeds.ends_of_motions(runs))
+    ends: list[document_nodes.Row] = [
+        [
+            motion.name,
+            document_nodes.Value(np.min(motion.low), motion.unit),
+            document_nodes.Value(np.max(motion.high), motion.unit),
+        ]
+        for motion in moving
+        if motion.low is not None and motion.high is not None
+    ]
+    yield document_nodes.Table(head, ends, title)
+    yield from _extreme_tables(
+        "channel", _extremes_over_runs([*moving, *over_seeds.ends_of_channels(runs)])
+    )
+    if stages := list(_stage_rows(runs)):
+        yield document_nodes.Table(
+            ("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages
+        )
+
+
+def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
+    """The values of the parameters of runs, in the units that they are read in; of one parameter at
+    a time, the one that is varied."""
+    varied = str(values.get(VARIED_COORDINATE, ""))
+    if VARIED_COORDINATE in values and not varied:
+        return "the case"
+    names = [plan.axis(varied)] if varied else [*values]
+    units = units_of(plan.runs.attrs)
+    read = {name: text_of(value_of(values[name], plan.unit(name)), units) for name in names}
+    return ", ".join(f"{short_key(name)} {value}" for name, value in read.items())
+
+
+def short_key(name: str) -> str:
+    """The last two words of a key."""
+    return " ".join(name.split(".")[-2:]).replace("_", " ")
+
+
+def value_of(value: object, unit: str) -> document_nodes.Value | str:
+    """A value of a parameter: a number in its unit, or words."""
+    return document_nodes.Value(value, unit, 6) if isinstance(value, float) else value_text(value)
+
+
+def _extremes_over_runs(
+    ends: Iterable[over_seeds.SmallestAndLargest],
+) -> list[document_nodes.Row]:
+    """Extremes of channels that enough runs have values of."""
+    return [row for ends in ends for row in _rows_over_seeds(ends)]
+
+
+def _rows_over_seeds(ends: over_seeds.SmallestAndLargest) -> Iterator[document_nodes.Row]:
+    """Of the smallest and of the largest value of each run."""
+    for side, extreme in over_seeds.find_extremes(ends):
+        yield [ends.name, side, *_extreme_cells(extreme, ends.unit)]
+
+
+def _extreme_cells(extreme: over_seeds.SeedExtremes, unit: str) -> document_nodes.Row:
+    return [
+        document_nodes.Value(extreme.probable, unit),
+        document_nodes.Between(*extreme.interval, unit),
+        document_nodes.Between(*extreme.another, unit),
+        document_nodes.Value(extreme.p90, unit),
+        document_nodes.Between(*extreme.p90_interval, unit),
+        _method_text(extreme),
+    ]
+
+
+def _method_text(extreme: over_seeds.SeedExtremes) -> str:
+    """The law, or the order of the runs and what their interval of another run holds."""
+    if extreme.method == over_seeds.GUMBEL_METHOD:
+        return over_seeds.GUMBEL_METHOD
+    held = f"interval of another run holds {100.0 * extreme.probability:.0f} %"
+    more = (
+        ""
+        if extreme.probability >= INTERVAL_PROBABILITY
+        else f"; with {VALUES_FOR_INTERVAL} runs it would hold 90 %"
+    )
+    return f"{extreme.method} ({held}{more})"
+
+
+def _stage_rows(runs: xr.Dataset) -> Iterator[document_nodes.Row]:
+    """Stages and figures of each group over runs: mean with its interval, and their range."""
+    for name in runs.contact_group.values if phases.STAGE_TIME in runs else ():
+        of = runs.sel(contact_group=name)
+        stages = {str(s): of[phases.STAGE_TIME].sel(stage=s) for s in of.stage.values}
+        for what, values in {
+            **stages,
+            **{phases.FIGURES[f][0]: of[f] for f in phases.FIGURES},
+        }.items():
+            finite = values.values[np.isfinite(values.values)]
+            if finite.size and np.ptp(finite) > 0.0:
+                at = seed_spread(finite, -np.inf if what == CLEARANCE_FIGURE else 0.0)
+                unit = str(values.attrs["units"])
+                ends = (
+                    document_nodes.Between(at.low, at.high, unit),
+                    document_nodes.Between(finite.min(), finite.max(), unit),
+                )
+                yield [
+                    what,
+                    str(name),
+                    document_nodes.Value(at.mean, unit),
+                    *ends,
+                    str(finite.size),
+                ]

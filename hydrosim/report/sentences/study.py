@@ -14,7 +14,7 @@ from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import text_of
 from hydrosim.report.sentences import run as run_sentences
-from hydrosim.report.sentences import sections, series
+from hydrosim.report.sentences import sections, statistics
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, RELATIVE, reported_beyond
 from hydrosim.results.runs_file import COMPLETE, DIFFERING_ATTRIBUTE, GATHERED, with_keys
 from hydrosim.results.validation import DESIGN
@@ -61,7 +61,7 @@ def _plan_rows(
 ) -> Iterator[document_nodes.Row]:
     rows_by_values: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
-        rows_by_values.setdefault(series.named_values(plan, row.values) or "all", {})[
+        rows_by_values.setdefault(statistics.named_values(plan, row.values) or "all", {})[
             row.figure
         ] = row
     for name, by_figure in rows_by_values.items():
@@ -136,7 +136,10 @@ def _place_text(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     """The plan, the values of the parameters and the seed of the worst run."""
     seed = f"seed {of.seed}" if of.seed else ""
     return ", ".join(
-        filter(None, [_plan_text(of, plans), series.named_values(of.plan, of.values), seed])
+        filter(
+            None,
+            [_plan_text(of, plans), statistics.named_values(of.plan, of.values), seed],
+        )
     )
 
 
@@ -174,7 +177,9 @@ def _describe_by_value(
 
 def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> document_nodes.Row:
     name, worst, _, margin, _ = run_sentences.criterion_figures(of.worst)
-    at = ", ".join(filter(None, [_plan_text(of, plans), series.named_values(of.plan, of.values)]))
+    at = ", ".join(
+        filter(None, [_plan_text(of, plans), statistics.named_values(of.plan, of.values)])
+    )
     return [name, at, worst, margin, run_sentences.met_or_not(of.worst), _met_count_text(of)]
 
 
@@ -308,9 +313,9 @@ def _describe_results(runs: xr.Dataset) -> document_nodes.Nodes:
                 else _describe_values(plan)
             )
             if plan.design not in SAMPLED_DESIGNS and "motion" in runs:
-                yield from series.extreme_nodes(plan)
+                yield from statistics.extreme_nodes(plan)
         elif "motion" in runs:
-            yield from series.seed_nodes(plan)
+            yield from statistics.seed_nodes(plan)
         else:
             yield document_nodes.Sentence("The study file asks for no figures.")
 
@@ -320,7 +325,7 @@ def _describe_values(plan: PlanRuns) -> document_nodes.Nodes:
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
     head = (
         "figure",
-        *map(series.short_key, names),
+        *map(statistics.short_key, names),
         "mean",
         "90 % interval",
         "another seed",
@@ -347,7 +352,7 @@ def _describe_values(plan: PlanRuns) -> document_nodes.Nodes:
 
 def _statistic_cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> document_nodes.Row:
     s = row.spread
-    values = [series.value_of(row.values[name], plan.unit(name)) for name in names]
+    values = [statistics.value_of(row.values[name], plan.unit(name)) for name in names]
     mean = document_nodes.Value(s.mean, row.unit) if s.n else "no run has a value"
     interval = document_nodes.Between(s.low, s.high, row.unit)
     another = document_nodes.Between(s.another_low, s.another_high, row.unit)
@@ -366,16 +371,20 @@ def _difference_sentence(plan: PlanRuns, of: Difference) -> document_nodes.Sente
     there are contacts."""
     axis = plan.axis(of.parameter)
     at = of.spread
-    ends = [series.value_of(of.low, plan.unit(axis)), series.value_of(of.high, plan.unit(axis))]
+    ends = [
+        statistics.value_of(of.low, plan.unit(axis)),
+        statistics.value_of(of.high, plan.unit(axis)),
+    ]
     if not at.n:
         return document_nodes.Sentence(
-            "{}: no seed has a value at both ends of {}.", [of.figure, series.short_key(axis)]
+            "{}: no seed has a value at both ends of {}.",
+            [of.figure, statistics.short_key(axis)],
         )
     text = "{} changes by {} from {} {} to {}"
     parts: list[document_nodes.Part] = [
         of.figure,
         document_nodes.Value(at.mean, of.unit),
-        series.short_key(axis),
+        statistics.short_key(axis),
         *ends,
     ]
     if np.isfinite(at.low):
@@ -426,7 +435,7 @@ def effect_chart(plan: PlanRuns, rows: Sequence[EffectRow], axis: str = "") -> d
         figure,
         rows[0].unit,
         lines,
-        x_label=series.short_key(axis),
+        x_label=statistics.short_key(axis),
         x_unit=plan.unit(axis) if axis else "",
     )
 
@@ -436,7 +445,7 @@ def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> Iterator[str
     units = units_of(plan.runs.attrs)
     for name, value in row.values.items():
         if name != axis:
-            yield text_of(series.value_of(value, plan.unit(name)), units)
+            yield text_of(statistics.value_of(value, plan.unit(name)), units)
 
 
 def _effect_line(plan: PlanRuns, rows: Sequence[EffectRow], axis: str) -> document_nodes.ChartLine:
@@ -451,7 +460,7 @@ def _describe_samples(plan: PlanRuns) -> document_nodes.Nodes:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
         rows = [
-            (f, series.short_key(p), document_nodes.Value(r, digits=3))
+            (f, statistics.short_key(p), document_nodes.Value(r, digits=3))
             for f, p, r in effects.correlations(plan)
         ]
         yield document_nodes.Table(("figure", "parameter", "Spearman's rank correlation"), rows)
@@ -464,7 +473,12 @@ def _describe_samples(plan: PlanRuns) -> document_nodes.Nodes:
     yield document_nodes.Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
     rows_: list[document_nodes.Row] = [
-        [e.figure, series.short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
+        [
+            e.figure,
+            statistics.short_key(e.parameter),
+            *_share_cells(e.first),
+            *_share_cells(e.total),
+        ]
         for e in sobol_indices
     ]
     yield document_nodes.Table(head, rows_)
@@ -543,7 +557,7 @@ def _measured_errors(runs: xr.Dataset) -> document_nodes.Nodes:
         rows.append(
             [str(run), *values, document_nodes.Value(float(runs[RELATIVE].values[run]), digits=1)]
         )
-    head = ("run", *map(series.short_key, names), "error of motions, of their range")
+    head = ("run", *map(statistics.short_key, names), "error of motions, of their range")
     yield document_nodes.Table(
         head, rows, "Errors by the steps of the solver, in runs that measured them"
     )

@@ -10,7 +10,7 @@ import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.files.document_nodes import Between, Sentence, Table, Value
-from hydrosim.report.sentences.series import extreme_nodes
+from hydrosim.report.sentences.statistics import extreme_nodes
 from hydrosim.report.sentences.study import results_table
 from hydrosim.statistics import effects
 from hydrosim.statistics.gumbel import fit_maxima
