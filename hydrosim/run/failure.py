@@ -11,6 +11,7 @@ numbers overflow.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
 
 MAX_ENERGY_RATIO = 10.0  # times the possible energy
+MAX_WARNINGS = 4  # earlier warnings in a message
 MIN_TESTED_ENERGY = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less energy is not tested
 
 
@@ -180,7 +182,14 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
         message += f" The largest force at the last record is that of {name}, {size:.3g} N."
     message += f" {remedy}"
     earlier = (*compiled.notes.warnings, *compiled.step_warnings)
-    return "\n".join([message, *(f"Earlier warnings: {text}" for text in earlier)])
+    return "\n".join([message, *earlier_warnings(earlier)])
+
+
+def earlier_warnings(warnings: Sequence[str]) -> Iterator[str]:
+    """A line of each of the first warnings, and the number of the others."""
+    yield from (f"Earlier warnings: {text}" for text in warnings[:MAX_WARNINGS])
+    if (more := len(warnings) - MAX_WARNINGS) > 0:
+        yield f"Earlier warnings: {more} more, which hydrosim check prints."
 
 
 def _driven_text(scene: Scene, body: str) -> str:
