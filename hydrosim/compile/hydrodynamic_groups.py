@@ -377,11 +377,12 @@ def _check_members(db: HydroDatabase, bodies: Sequence[scenes.Body]) -> None:
             f" are {body_names}; expected each of 1 to {db.bodies} once. All have the location and"
             " heading of the database's frame. A body that does not move has `dofs: []`."
         )
-    models = {radiation_of(body): body.radiation for body in bodies}
+    models = {body.radiation for body in bodies}
     if len(models) > 1:
-        body_names = " and ".join(sorted(map(str, models.values())))
+        names = sorted({radiation.model for radiation in models})
+        found_text = " and ".join(names) if len(names) > 1 else f"{names[0]} with other settings"
         raise InputError(
-            f"bodies.{first.name}.radiation: found {body_names} for bodies of one database,"
+            f"bodies.{first.name}.radiation: found {found_text} for bodies of one database,"
             f" {db.source}; expected one model for all, because their radiated waves are coupled."
         )
 

@@ -164,8 +164,8 @@ def test_points_of_one_body_and_of_several_are_read_alike(tmp_path) -> None:
         scene_of(f"file: two.1, reference_point: {points}", tmp_path).bodies[0].hydrodynamics
         for points in ("[1 m, 2 m, -30 cm]", "[[1, 2, -0.3], [4, 5, 6]]")
     )
-    assert one.given.reference_point == (1.0, 2.0, -0.3)
-    assert several.given.reference_point == (1.0, 2.0, -0.3, 4.0, 5.0, 6.0)
+    assert one.reference_point == (1.0, 2.0, -0.3)
+    assert several.reference_point == (1.0, 2.0, -0.3, 4.0, 5.0, 6.0)
 
 
 SPAR = """
