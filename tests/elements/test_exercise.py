@@ -79,7 +79,7 @@ def hung(**rope):
     line = Rope("block", (0.0, 0.0, 0.0), (0.0, 0.0, 10.0), 9.98, k, eta, **rope)
     solver = Solver(step=0.01, linear=LinearScenes.STEP)
     forces = {"hawser": line, "weight": load}
-    return Scene("hung", 20.0, (body,), forces=forces, solver=solver, output_step=0.1)
+    return Scene("hung", 20.0, (body,), forces=forces, solver=solver, output={"step": 0.1})
 
 
 def slope(t, y):
@@ -196,7 +196,7 @@ def on_line():
     line = {"point": (0.0, 0.0, 0.0), "anchor": (10.0, 0.0, 0.0)}
     damper = HydraulicDamper("block", **line, shortest=10 + low, longest=10 + high, **law)
     solver = Solver(step=0.0025)
-    return Scene("it", 4.0, (body,), forces={"damper": damper}, solver=solver, output_step=0.1)
+    return Scene("it", 4.0, (body,), forces={"damper": damper}, solver=solver, output={"step": 0.1})
 
 
 def about_axis():
@@ -213,7 +213,7 @@ def in_joint():
 
 
 for scene in (on_line(), about_axis(), in_joint()):
-    run = hs.simulate(replace(scene, output_states=True))
+    run = hs.simulate(scene.with_output(states=True))
     t = run.time.values
     tight = {"rtol": 1e-12, "atol": 1e-12, "max_step": 1e-3}
     exact = solve_ivp(slope, (0.0, 4.0), [0.0, speed, 0.0], "DOP853", t, **tight).y
@@ -224,7 +224,7 @@ for scene in (on_line(), about_axis(), in_joint()):
     assert np.abs(run.hydraulic_damper_load.values[:, 0] - exact[2] - stop * beyond).max() < 1e-2
     assert run.attrs["energy_residual_relative"] < 1e-6
     assert set(run.link_segment.values[:, 0].tolist()) == {0, 1, 2}
-    half = replace(scene, duration=2.0, output_states=True)
+    half = replace(scene, duration=2.0).with_output(states=True)
     later = hs.simulate(replace(half, initial=Start(hs.simulate(half))))
     for name in ("position", "hydraulic_damper_load", "link_segment"):
         assert np.array_equal(later[name].values[-1], run[name].values[-1]), name

@@ -38,7 +38,7 @@ forces = {
     "push": AppliedForce("other", (0.0, 0.0, 0.0), {"surge": push}),
 }
 solver = Solver(step=0.05, linear=LinearScenes.EXACT)
-scene = Scene("joined", 20.0, bodies, forces=forces, solver=solver, output_step=0.1)
+scene = Scene("joined", 20.0, bodies, forces=forces, solver=solver, output={"step": 0.1})
 model, state = compiled = hs.compile_scene(scene)
 linear = hs.linearise(model, state)
 (mode,) = hs.natural_modes(linear)

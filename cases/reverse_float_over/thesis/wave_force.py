@@ -16,7 +16,7 @@ import hydrosim as hs
 from benchmarks.report import ROOT
 from cases.reverse_float_over.thesis.runs import BASE, CASES, FRICTION, SEED, Settings, base_figures
 from hydrosim.dofs import DOFS
-from hydrosim.scene import ChangedDatabase, Changes, Scene
+from hydrosim.scene import ChangedDatabase, Scene
 
 TABLE = "Velocity while stuck at K2 = 5.6e7 N/m: wave force and hull"
 
@@ -80,7 +80,7 @@ def _barge(factor: float) -> ChangedDatabase:
     of_dof = np.ones(6)
     of_dof[DOFS.index("surge")] = factor
     changed = replace(database, excitation=database.excitation * of_dof, froude_krylov=None)
-    return ChangedDatabase(changed, Changes(accept=("damping against loads",)))
+    return ChangedDatabase(source=changed, accept=("damping against loads",))
 
 
 @cache
