@@ -24,10 +24,10 @@ from hydrosim.jit.kernels import kernel, piece_of
 from hydrosim.scene.signal import Harmonic, Recorded, Signal, SmoothTable, Table, spline_through
 
 
-def first_value(signal: Signal) -> float:
-    """Value of a signal at time 0."""
+def value_at(signal: Signal, t: float = 0.0) -> float:
+    """Value of a signal at a time [s]."""
     compiled, pieces = compile_signals([signal])
-    return float(value(0.0, compiled[0], pieces))
+    return float(value(t, compiled[0], pieces))
 
 
 def corners(signal: Signal) -> np.ndarray:

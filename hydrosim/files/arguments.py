@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from math import inf, isfinite
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic_core import PydanticCustomError
 
@@ -96,10 +96,11 @@ def numbers(values: Amount | Sequence[float], name: str, positive: bool = True) 
     return numbers_given
 
 
-def quantity(name: str, value: Amount, what: str, unit: str, example: str) -> float:
-    """Value in SI of a number with a unit, written as in a case file."""
+def quantity(name: str, value: Amount, what: str, unit: str, example: str, **bounds: Any) -> float:
+    """Value in SI of a number with a unit, written as in a case file, within the ``bounds`` of a
+    `Quantity`."""
     try:
-        return Quantity(what, unit, example).read(value)
+        return Quantity(what, unit, example, **bounds).read(value)
     except PydanticCustomError as error:
         raise InputError(f"{name}: {error.message()}.") from None
 

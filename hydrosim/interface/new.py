@@ -7,18 +7,18 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from enum import StrEnum
+from functools import partial
 from math import ceil, inf, pi, sqrt
 from pathlib import Path
 from typing import Any
 
-from pydantic_core import PydanticCustomError
-
 from hydrosim.case.load import Particulars
 from hydrosim.database.load import read
 from hydrosim.errors import InputError, unwritable
-from hydrosim.files.arguments import Amount
+from hydrosim.files.arguments import Amount, quantity
 from hydrosim.files.outputs import make_folder
-from hydrosim.files.units import Quantity
+
+_read_positive = partial(quantity, above=0.0)
 
 # JSON schemas, with which editors complete and check files.
 
@@ -240,10 +240,10 @@ def write_new_case(
     _require_new(case_file, recipe)
     barge = _read_particulars(length, beam, draught, block_coefficient, displacement, kg)
     sea = {
-        "height": _read_quantity(
+        "height": _read_positive(
             "significant_height", significant_height, "wave height", "m", "1.5 m"
         ),
-        "period": _read_quantity("peak_period", peak_period, "time", "s", "8 s"),
+        "period": _read_positive("peak_period", peak_period, "time", "s", "8 s"),
     }
     depth = _read_depth(water_depth, barge)
     texts = sea | _template_texts(barge, recipe, depth, kg) | {"name": case_file.name}
@@ -282,7 +282,7 @@ def _read_particulars(
     """The main particulars of options; InputError where they are those of no barge afloat."""
     lengths = {"length": length, "beam": beam, "draught": draught}
     long, wide, deep = (
-        _read_quantity(name, text, "length", "m", "180 m") for name, text in lengths.items()
+        _read_positive(name, text, "length", "m", "180 m") for name, text in lengths.items()
     )
     if not long >= wide >= deep:
         found_text = f"`length` {long:g} m, `beam` {wide:g} m, `draught` {deep:g} m"
@@ -290,7 +290,7 @@ def _read_particulars(
             f"found {found_text}; expected a length above the beam, and a beam above the draught."
             " Mend them."
         )
-    height = _read_quantity("kg", kg, "length", "m", "9 m") if kg else deep
+    height = _read_positive("kg", kg, "length", "m", "9 m") if kg else deep
     box = Particulars(long, wide, deep, 1.0, height)
     barge = replace(box, block=_block_coefficient(box, block, displacement))
     if barge.metacentric_height <= 0.0:
@@ -311,10 +311,10 @@ def _block_coefficient(
         raise InputError(
             "block_coefficient, displacement: found both; expected one of them. Leave one out."
         )
-    coefficient = _read_quantity("block_coefficient", block or 1.0, "ratio", "", "0.9")
+    coefficient = _read_positive("block_coefficient", block or 1.0, "ratio", "", "0.9")
     if displacement:
         coefficient = (
-            _read_quantity("displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
+            _read_positive("displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
         )
     if not 0.5 <= coefficient <= 1.0:
         raise InputError(
@@ -327,23 +327,13 @@ def _block_coefficient(
 
 def _read_depth(text: Amount, barge: Particulars) -> float:
     """Depth of the water [m], more than the draught."""
-    depth = _read_quantity("water_depth", text, "depth", "m", "100 m", infinite=True)
+    depth = _read_positive("water_depth", text, "depth", "m", "100 m", infinite=True)
     if depth <= barge.draught:
         raise InputError(
             f"water_depth: found {depth:g} m; expected more than the draught of"
             f" {barge.draught:g} m."
         )
     return depth
-
-
-def _read_quantity(
-    name: str, value: Amount, what: str, unit: str, example: str, infinite: bool = False
-) -> float:
-    """A positive number in SI."""
-    try:
-        return Quantity(what, unit, example, above=0, infinite=infinite).read(value)
-    except PydanticCustomError as error:
-        raise InputError(f"{name}: {error.message()}.") from None
 
 
 def _template_texts(

@@ -23,7 +23,6 @@ from hydrosim.elements.line.catenary import pieces_of_line, pull_entries
 from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.shape import LinePull
-from hydrosim.elements.signal import compile_signals, value
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -286,7 +285,7 @@ def _points_of_line(
     bed, friction = -np.inf, 0.0
     if line.friction is not None:
         bed, friction = min(-scene.environment.water_depth - end[2], 0.0), line.friction
-    pieces = _pieces_of_line(line, t)
+    pieces = pieces_of_line(line, t)
     suspended = SuspendedLine(pieces, 0, len(pieces), x, z, bed, friction)
     pull = LinePull(*pull_entries(suspended, -1.0, 0.0))
     if not pull.converged:
@@ -301,14 +300,6 @@ def _point_in_earth(
     if body is None:
         return np.asarray(point, float)
     return np.asarray(bodies[body].centre + bodies[body].turn @ point)
-
-
-def _pieces_of_line(line: Catenary, t: float) -> np.ndarray:
-    pieces = pieces_of_line(line)
-    if line.paid is not None:
-        paid, parts = compile_signals([line.paid])
-        pieces["length"][0] = value(t, paid[0], parts)
-    return pieces
 
 
 # Supports of landings: arms to their body, columns under their seats.

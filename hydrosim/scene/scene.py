@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import StrictBool, StrictStr
-from pydantic_core import PydanticCustomError
 
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
+from hydrosim.files.arguments import quantity
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
-from hydrosim.files.units import Quantity, value_text
+from hydrosim.files.units import value_text
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import BuildContext, ForceElement
@@ -41,7 +41,6 @@ class Method(StrEnum):
         return self in (Method.DOPRI5, Method.ESDIRK4, Method.AUTOMATIC)
 
 
-DURATION = Quantity("time", "s", "2000 s", above=0)
 OUTPUT_STEP = 0.5  # s, about: if a scene does not say
 ACCURACY = 1e-4  # default of `Solver.accuracy`: error of motions relative to their range
 # Rounding in long runs sets the lower bound. Above the upper bound motions are not resolved.
@@ -245,13 +244,6 @@ class Start(SchemaClass):
     """Time of that run at which this one begins. Without it that is its end."""
 
 
-def _read_duration(value: Any) -> float:
-    try:
-        return DURATION.read(value)
-    except PydanticCustomError as error:
-        raise InputError(f"Scene.duration: {error.message()}") from None
-
-
 @dataclass(frozen=True)
 class Scene:
     """Complete input of a run of a ``duration`` [s], or a text with a unit.
@@ -281,7 +273,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         """Values, elements and joints that are written as in a file get what the scene has."""
-        object.__setattr__(self, "duration", _read_duration(self.duration))
+        duration = quantity("Scene.duration", self.duration, "time", "s", "2000 s", above=0.0)
+        object.__setattr__(self, "duration", duration)
         if isinstance(self.output, Mapping):
             object.__setattr__(self, "output", RunOutput(**self.output))
         self._check_kinds()

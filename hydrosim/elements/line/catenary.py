@@ -39,7 +39,7 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
 from hydrosim.elements.line.hang import SuspendedLine, branch_at, branch_law, pieces_of_segments
-from hydrosim.elements.signal import SIGNAL, compile_signals, first_value, value
+from hydrosim.elements.signal import SIGNAL, compile_signals, value, value_at
 from hydrosim.elements.signal import rate as signal_rate
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
@@ -172,11 +172,11 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
     return mean_current(layout.current_profile, low, high)
 
 
-def pieces_of_line(line: Catenary) -> np.ndarray:
-    """The segments, of `LINE_PIECE`, with the lengths at the start of the run."""
+def pieces_of_line(line: Catenary, t: float = 0.0) -> np.ndarray:
+    """The segments, of `LINE_PIECE`, with the length that is paid out at a time [s]."""
     pieces = pieces_of_segments(line.segments)
     if line.paid is not None:
-        pieces["length"][0] = first_value(line.paid)
+        pieces["length"][0] = value_at(line.paid, t)
     return pieces
 
 

@@ -99,7 +99,7 @@ def _distance_fields(element: Any, length: Any, layout: Layout) -> dict[str, Any
     d = (anchor - layout.place_at_rest(element.body, element.point)).tolist()
     at_rest = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])  # to the bit as in `_distance`
     varies = isinstance(length, signal.Signal)
-    neutral = signal.first_value(length) if varies else at_rest if length is None else length
+    neutral = signal.value_at(length) if varies else at_rest if length is None else length
     return {
         "coordinate": DISTANCE,
         "body": layout.body[element.body],
